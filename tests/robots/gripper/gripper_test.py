@@ -46,6 +46,11 @@ class Gripper(unittest.TestCase):
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
         self.assertRegex(done.stdout, "^identical")
 
+    def test_the_same_seed_gives_the_same_bytes_and_another_one_others(self):
+        hashes = [self.run_it("--duration", "8", "--seed", seed)[1]["hashes"] for seed in ("5", "5", "6")]
+        self.assertEqual(hashes[0], hashes[1])
+        self.assertNotEqual(hashes[0], hashes[2])
+
     def test_a_gripper_that_does_not_close_carries_nothing_and_the_verdict_says_so(self):
         code, summary = self.run_it("--fault", "gripper:wrong(1)@0", "--duration", "40")
         self.assertEqual((code, summary["report"]["verdict"]["outcome"]), (1, "never held the ball"), summary)

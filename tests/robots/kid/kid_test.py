@@ -25,6 +25,14 @@ def run(folder, *arguments, record=False, robot=KID):
     return done.returncode, json.loads(done.stdout.splitlines()[-1])
 
 
+def replay(test, *arguments):
+    """Executes the newest record of the test's folder again."""
+    done = subprocess.run([SINEW, "replay", f"{test.folder}/runs/latest/run.mcap", *arguments], capture_output=True,
+                          text=True, timeout=200)
+    test.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+    test.assertRegex(done.stdout, "^identical")
+
+
 def measures(summary):
     return {m["key"]: m["value"] for m in summary["report"]["verdict"]["measures"]}
 
@@ -35,12 +43,6 @@ class Kid(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
 
-    def replay(self, *arguments):
-        done = subprocess.run([SINEW, "replay", f"{self.folder}/runs/latest/run.mcap", *arguments], capture_output=True,
-                              text=True, timeout=200)
-        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-        self.assertRegex(done.stdout, "^identical")
-
     def test_walks_its_figure_and_each_step_of_it_can_be_executed_again(self):
         code, summary = run(self.folder, record=True)
         self.assertEqual(code, 0, summary)
@@ -48,8 +50,8 @@ class Kid(unittest.TestCase):
         self.assertGreater(measures(summary)["walked_m"], 5)
         self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
         self.assertEqual(summary["report"]["physics_warnings"], 0)
-        self.replay()
-        self.replay("--from", "20")
+        replay(self)
+        replay(self, "--from", "20")
 
     def test_rises_from_its_front_and_walks(self):
         for seed in ("1", "2"):
@@ -107,7 +109,8 @@ class Game(unittest.TestCase):
     def test_it_walks_only_while_the_game_is_on(self):
         _, before = run(self.folder, *SOON, "--duration", "4", robot=BLUE)
         self.assertLess(before["report"]["walked_m"], 0.1, "it stands for 2 s of the game, too")
-        _, summary = run(self.folder, *SOON, "--duration", "10", robot=BLUE)
+        _, summary = run(self.folder, *SOON, "--duration", "10", robot=BLUE, record=True)
+        replay(self)
         self.assertTrue(summary["report"]["verdict"]["good"], summary)
         self.assertIn("referee.raw", summary["hashes"])
         plant = summary["report"]
