@@ -66,11 +66,11 @@ std::string CarryScore::text() const {
   return words() + figures;
 }
 
-void CarryScore::add_to(JsonObject& j) const {
-  j.boolean("holds_ball", held_);
-  j.integer("grips", grips_);
-  j.number("carried_m", carried_m_);
-  j.number("ball_from_start_m", error_m());
+void CarryScore::add_to(JsonObject& report) const {
+  report.boolean("holds_ball", held_);
+  report.integer("grips", grips_);
+  report.number("carried_m", carried_m_);
+  report.number("ball_from_start_m", error_m());
 }
 
 }  // namespace sinew::plant

@@ -213,17 +213,17 @@ bool GripperWorld::still() const {
   return !driven && math::norm(truth.v_world_mps) < 0.02 && math::norm(truth.gyro_radps) < 0.1;
 }
 
-void GripperWorld::add_to(JsonObject& j) const {
+void GripperWorld::add_to(JsonObject& report) const {
   const BodyTruth& truth = pitch_->truth(0);
-  score_.add_to(j);
-  j.number("x_m", truth.torso.p_m.x);
-  j.number("y_m", truth.torso.p_m.y);
-  j.number("heading_deg", truth.torso.q.yaw() * 180 / math::kPi);
-  j.number("ball_x_m", pitch_->ball().p_m.x);
-  j.number("ball_y_m", pitch_->ball().p_m.y);
-  j.integer("physics_warnings", pitch_->trouble());
-  j.boolean("at_rest", still());
-  j.boolean("motors_stopped", !(drives(0) || drives(1) || drives(2)));
+  score_.add_to(report);
+  report.number("x_m", truth.torso.p_m.x);
+  report.number("y_m", truth.torso.p_m.y);
+  report.number("heading_deg", truth.torso.q.yaw() * 180 / math::kPi);
+  report.number("ball_x_m", pitch_->ball().p_m.x);
+  report.number("ball_y_m", pitch_->ball().p_m.y);
+  report.integer("physics_warnings", pitch_->trouble());
+  report.boolean("at_rest", still());
+  report.boolean("motors_stopped", !(drives(0) || drives(1) || drives(2)));
 }
 
 }  // namespace sinew::plant

@@ -40,7 +40,7 @@ class GripperWorld final : public LoneRobot, public PlantJoints {
  private:
   static constexpr std::size_t kJoints = 3, kGripperJoint = 2;
   GripperWorld(std::unique_ptr<Pitch> pitch, const PitchPlace& start);
-  void act(RobotCommand command);
+  void act(RobotCommand given);
   void command(std::size_t joint, const JointDrive& drive);
   bool drives(std::size_t joint) const;
   void sample();

@@ -1,7 +1,7 @@
 #include "robots/kid/world/soccer_world.hpp"
 
 #include <algorithm>
-#include <cstring>
+#include <bit>
 
 #include "robots/kid/world/game.hpp"
 #include "robots/kid/world/walk_score.hpp"
@@ -20,6 +20,12 @@ constexpr double kBattery_ohm = 0.08, kIdle_a = 1.2, kBattery_as = 1.8 * 3600;
 double heading_of(const kinematics::Pose& pose) {
   const math::Vec3 ahead = pose.q.rotate({1, 0, 0});
   return math::atan2(ahead.y, ahead.x);
+}
+
+/// Also where both are NaN.
+bool same_bits(const std::array<double, kMostJoints>& a, const std::array<double, kMostJoints>& b) {
+  return std::ranges::equal(
+      a, b, [](double x, double y) { return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y); });
 }
 
 }  // namespace
@@ -46,7 +52,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
       for (std::size_t i = 0; i < kKidLimbJoints[limb]; ++i, ++channel)
         if (i < limbs_.joints[limb].size())
           target_[limbs_.joints[limb][i]] = channel < command.size() ? command[channel] : math::kNan;
-    if (std::memcmp(target_.data(), commanded_.data(), sizeof target_) != 0 || released_) {
+    if (!same_bits(target_, commanded_) || released_) {
       commanded_ = target_;
       released_ = false;
       pitch_.command(number_, std::span(target_).first(count()));

@@ -25,14 +25,6 @@ def run(folder, *arguments, record=False, robot=KID):
     return done.returncode, json.loads(done.stdout.splitlines()[-1])
 
 
-def replay(test, *arguments):
-    """Executes the newest record of the test's folder again."""
-    done = subprocess.run([SINEW, "replay", f"{test.folder}/runs/latest/run.mcap", *arguments], capture_output=True,
-                          text=True, timeout=200)
-    test.assertEqual(done.returncode, 0, done.stdout + done.stderr)
-    test.assertRegex(done.stdout, "^identical")
-
-
 def measures(summary):
     return {m["key"]: m["value"] for m in summary["report"]["verdict"]["measures"]}
 
@@ -43,6 +35,12 @@ class Kid(unittest.TestCase):
         self.addCleanup(folder.cleanup)
         self.folder = folder.name
 
+    def replay(self, *arguments):
+        done = subprocess.run([SINEW, "replay", f"{self.folder}/runs/latest/run.mcap", *arguments], capture_output=True,
+                              text=True, timeout=200)
+        self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.assertRegex(done.stdout, "^identical")
+
     def test_walks_its_figure_and_each_step_of_it_can_be_executed_again(self):
         code, summary = run(self.folder, record=True)
         self.assertEqual(code, 0, summary)
@@ -50,8 +48,8 @@ class Kid(unittest.TestCase):
         self.assertGreater(measures(summary)["walked_m"], 5)
         self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
         self.assertEqual(summary["report"]["physics_warnings"], 0)
-        replay(self)
-        replay(self, "--from", "20")
+        self.replay()
+        self.replay("--from", "20")
 
     def test_rises_from_its_front_and_walks(self):
         for seed in ("1", "2"):
@@ -61,6 +59,22 @@ class Kid(unittest.TestCase):
                 self.assertEqual((plant["rises"], plant["on_its_feet"], plant["fallen"]), (1, True, False), plant)
                 self.assertLess(plant["longest_down_s"], 8)
                 self.assertGreater(plant["walked_m"], 0.3)
+
+    def test_walks_its_figure_without_dynamics(self):
+        code, summary = run(self.folder, "--set", "sim.kinematic=1")
+        self.assertEqual(code, 0, summary)
+        self.assertEqual(measures(summary)["falls"], 0)
+        self.assertGreater(measures(summary)["walked_m"], 5)
+        self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
+
+    def test_another_body_that_of_nao_walks_the_figure_too(self):
+        for seed in ("1", "2", "3"):
+            with self.subTest(seed=seed):
+                code, summary = run(self.folder, "--seed", seed, robot=NAO)
+                self.assertEqual(code, 0, summary)
+                self.assertEqual(measures(summary)["falls"], 0)
+                self.assertGreater(measures(summary)["walked_m"], 3)
+                self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
 
     def test_the_same_seed_gives_the_same_bytes_and_another_one_others(self):
         hashes = [run(self.folder, "--duration", "6", "--seed", seed)[1]["hashes"] for seed in ("5", "5", "6")]
@@ -83,24 +97,10 @@ class Kid(unittest.TestCase):
                 self.assertEqual((plant["falls"], plant["got_down"], plant["motors_stopped"]), (0, 1, True), plant)
                 self.assertEqual(plant["verdict"]["outcome"], "got down gently")
 
-    def test_walks_its_figure_without_dynamics(self):
-        code, summary = run(self.folder, "--set", "sim.kinematic=1")
-        self.assertEqual(code, 0, summary)
-        self.assertEqual(measures(summary)["falls"], 0)
-        self.assertGreater(measures(summary)["walked_m"], 5)
-        self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
-
-    def test_another_body_that_of_nao_walks_the_figure_too(self):
-        for seed in ("1", "2", "3"):
-            with self.subTest(seed=seed):
-                code, summary = run(self.folder, "--seed", seed, robot=NAO)
-                self.assertEqual(code, 0, summary)
-                self.assertEqual(measures(summary)["falls"], 0)
-                self.assertGreater(measures(summary)["walked_m"], 3)
-                self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
-
 
 class Game(unittest.TestCase):
+    replay = Kid.replay
+
     def setUp(self):
         folder = tempfile.TemporaryDirectory(prefix="sinew_kid_")
         self.addCleanup(folder.cleanup)
@@ -110,7 +110,7 @@ class Game(unittest.TestCase):
         _, before = run(self.folder, *SOON, "--duration", "4", robot=BLUE)
         self.assertLess(before["report"]["walked_m"], 0.1, "it stands for 2 s of the game, too")
         _, summary = run(self.folder, *SOON, "--duration", "10", robot=BLUE, record=True)
-        replay(self)
+        self.replay()
         self.assertTrue(summary["report"]["verdict"]["good"], summary)
         self.assertIn("referee.raw", summary["hashes"])
         plant = summary["report"]
@@ -144,7 +144,6 @@ class Game(unittest.TestCase):
             figures = {m["key"]: m["value"] for m in plant["verdict"]["measures"]}
             self.assertEqual((figures["own_goals"], figures["other_goals"]), (own, other), plant)
             self.assertIn("referee.raw", said["robots"][name]["summary"]["hashes"])
-
 
 
 if __name__ == "__main__":
