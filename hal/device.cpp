@@ -24,6 +24,8 @@ const char* to_string(SensorKind kind) {
       return "text robot";
     case SensorKind::soles:
       return "soles";
+    case SensorKind::referee:
+      return "referee";
   }
   return "?";
 }

@@ -5,6 +5,7 @@
 #include "msg/actuators.hpp"
 #include "msg/image.hpp"
 #include "msg/joints.hpp"
+#include "msg/referee.hpp"
 #include "msg/sensors.hpp"
 #include "msg/text_values.hpp"
 
@@ -48,11 +49,12 @@ using Gnss = Sensor<msg::GnssSample>;
 using Rc = Sensor<msg::RcSample>;
 using Joints = Sensor<msg::JointState>;
 using Soles = Sensor<msg::SolePressure>;
+using Referee = Sensor<msg::RefereeState>;
 using TextRobot = Sensor<msg::TextValues>;
 
 /// The quantity that a sensor measures, for look-ups by name; kSensorKind<M> is that of Sensor<M>.
-enum class SensorKind : std::uint8_t { imu, range, baro, battery, mag, gnss, rc, joints, text, soles };
-inline constexpr std::size_t kSensorKinds = 10;
+enum class SensorKind : std::uint8_t { imu, range, baro, battery, mag, gnss, rc, joints, text, soles, referee };
+inline constexpr std::size_t kSensorKinds = 11;
 const char* to_string(SensorKind kind);
 template <class M>
 inline constexpr SensorKind kSensorKind = M::no_sensor_measures_this;
@@ -76,6 +78,8 @@ template <>
 inline constexpr SensorKind kSensorKind<msg::TextValues> = SensorKind::text;
 template <>
 inline constexpr SensorKind kSensorKind<msg::SolePressure> = SensorKind::soles;
+template <>
+inline constexpr SensorKind kSensorKind<msg::RefereeState> = SensorKind::referee;
 
 /// A camera. read() describes `out` with format_as() and fills its pixels, at most one pass over them.
 /// Errors of read(): bad_argument when the frame does not fit the capacity of `out` (the frame is dropped).

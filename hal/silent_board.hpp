@@ -32,6 +32,8 @@ class SilentBoard final : public Board {
         return &text_;
       case SensorKind::soles:
         return &soles_;
+      case SensorKind::referee:
+        return &referee_;
     }
     return Error{Errc::not_found, "a kind of sensor"};
   }
@@ -80,6 +82,7 @@ class SilentBoard final : public Board {
   SilentSensor<Joints, msg::JointState> joints_;
   SilentSensor<TextRobot, msg::TextValues> text_;
   SilentSensor<Soles, msg::SolePressure> soles_;
+  SilentSensor<Referee, msg::RefereeState> referee_;
   SilentCamera camera_;
   SilentRadio radio_;
   SilentActuators actuators_;

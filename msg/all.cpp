@@ -21,6 +21,7 @@
 #include "msg/place.hpp"
 #include "msg/policy.hpp"
 #include "msg/radio.hpp"
+#include "msg/referee.hpp"
 #include "msg/safety.hpp"
 #include "msg/sensors.hpp"
 #include "msg/team.hpp"
@@ -45,7 +46,7 @@ using Known =
           CameraPose, CanFrame, Datagram, FlightSetpoint, GaitState, GnssSample, GroundMotion, GuardianState, HeadState,
           Image, ImuSample, JointState, JointTrajectory, MagSample, MateState, MissionState, MotionField, NavState,
           OperatorLink, PadSighting, PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors, RangeSample, RcSample,
-          SafetyState, SolePressure, TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
+          RefereeState, SafetyState, SolePressure, TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
 
 /// The FromMate of a known type, put together from its description: a static one for each would cost every robot more
 /// memory than its messages, and only programs that look at robots ask.

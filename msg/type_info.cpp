@@ -4,6 +4,7 @@
 #include "msg/gait.hpp"
 #include "msg/image.hpp"
 #include "msg/operator.hpp"
+#include "msg/referee.hpp"
 #include "msg/safety.hpp"
 #include "msg/sensors.hpp"
 
@@ -21,7 +22,7 @@ static_assert(check_layout<BatterySample>() && check_layout<SolePressure>());
 static_assert(check_layout<Image>() && sizeof(Image) == 40);
 static_assert(check_layout<ActuatorCommand>() && check_layout<GuardianState>() && check_layout<SafetyState>());
 static_assert(check_layout<NavState>() && check_layout<FlightSetpoint>() && check_layout<AttitudeSetpoint>());
-static_assert(check_layout<OperatorLink>());
+static_assert(check_layout<OperatorLink>() && check_layout<RefereeState>());
 static_assert(check_layout<WrenchSetpoint>() && check_layout<PadSighting>() && check_layout<MotionField>());
 static_assert(check_layout<MissionState>() && check_layout<GaitState>());
 

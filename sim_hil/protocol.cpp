@@ -147,6 +147,7 @@ Status decode_device(Get& get, std::uint64_t shared_bytes, DeviceInfo& d) {
     case DeviceKind::battery:
     case DeviceKind::radio:
     case DeviceKind::soles:
+    case DeviceKind::referee:
       return {};
   }
   return bad("unknown kind of device", std::int64_t(d.kind));
@@ -201,6 +202,9 @@ Status sizes_of(Type type, Sizes& out) {
       return {};
     case Type::soles:
       out = {kSolesBytes, kSolesBytes};
+      return {};
+    case Type::referee:
+      out = {kRefereeBytes, kRefereeBytes};
       return {};
     case Type::joints:
       out = {kJointsHeadBytes + kJointBytes, kJointsHeadBytes + msg::kMaxChannels * kJointBytes};
@@ -257,6 +261,8 @@ std::string_view to_string(Type type) {
       return "Battery";
     case Type::soles:
       return "Soles";
+    case Type::referee:
+      return "Referee";
     case Type::joints:
       return "Joints";
     case Type::datagram:
@@ -299,6 +305,8 @@ std::string_view to_string(DeviceKind kind) {
       return "radio";
     case DeviceKind::soles:
       return "soles";
+    case DeviceKind::referee:
+      return "referee";
   }
   return "unknown";
 }
@@ -365,6 +373,15 @@ std::size_t encode(const Sample<msg::SolePressure>& m, std::byte* out) noexcept 
   Put put(out);
   put.i64(m.ready.ns);
   for (const double force_n : m.value.force_n) put.f64(force_n);
+  return put.written();
+}
+
+std::size_t encode(const Sample<msg::RefereeState>& m, std::byte* out) noexcept {
+  const msg::RefereeState& s = m.value;
+  Put put(out);
+  put.i64(m.ready.ns).f64(s.left_s).f64(s.penalty_left_s).u32(static_cast<std::uint32_t>(s.phase));
+  put.u32(static_cast<std::uint32_t>(s.penalty)).u32(static_cast<std::uint32_t>(s.kick)).u32(s.half);
+  put.u32(s.own_goals).u32(s.other_goals).u32(s.team).u32(s.attacks_right);
   return put.written();
 }
 
@@ -560,6 +577,26 @@ Status decode(const Header& h, Bytes payload, Sample<msg::SolePressure>& out) no
   if (auto ok = decode_ready(h, get, out.ready); !ok) return ok;
   out.value.stamp = h.time;
   for (double& force_n : out.value.force_n) force_n = get.f64();
+  return {};
+}
+
+Status decode(const Header& h, Bytes payload, Sample<msg::RefereeState>& out) noexcept {
+  if (auto ok = expect_size(payload, kRefereeBytes); !ok) return ok;
+  Get get(payload);
+  if (auto ok = decode_ready(h, get, out.ready); !ok) return ok;
+  msg::RefereeState& s = out.value;
+  s.stamp = h.time;
+  s.left_s = get.f64(), s.penalty_left_s = get.f64();
+  s.phase = static_cast<msg::GamePhase>(get.u32());
+  s.penalty = static_cast<msg::GamePenalty>(get.u32());
+  s.kick = static_cast<msg::GameKick>(get.u32());
+  s.half = get.u32(), s.own_goals = get.u32(), s.other_goals = get.u32();
+  s.team = get.u32(), s.attacks_right = get.u32();
+  if (s.phase > msg::GamePhase::finished) return bad("unknown phase of a game", std::int64_t(s.phase));
+  if (s.penalty > msg::GamePenalty::picked_up) return bad("unknown penalty", std::int64_t(s.penalty));
+  if (s.kick > msg::GameKick::other) return bad("unknown team to kick", std::int64_t(s.kick));
+  if (s.team > 1 || s.attacks_right > 1) return bad("team or direction is neither 0 nor 1", s.team);
+  if (!std::isfinite(s.left_s) || !std::isfinite(s.penalty_left_s)) return bad("a game's time is no finite number");
   return {};
 }
 

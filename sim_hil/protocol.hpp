@@ -17,6 +17,7 @@
 #include "msg/image.hpp"
 #include "msg/joints.hpp"
 #include "msg/radio.hpp"
+#include "msg/referee.hpp"
 #include "msg/sensors.hpp"
 
 namespace sinew::sim_hil {
@@ -58,6 +59,7 @@ enum class Type : std::uint16_t {
   soles = 23,         // p
   truth = 24,         // p  for the report only, never for a module
   report = 25,        // p  JSON text about the plant's health
+  referee = 26,       // p
   clock_ask = 32,     // r  side line: what does your host's clock show?
   clock_answer = 33,  // p  side line
 };
@@ -74,7 +76,8 @@ enum class DeviceKind : std::uint16_t {
   battery = 6,
   joints = 7,
   radio = 8,
-  soles = 9
+  soles = 9,
+  referee = 10
 };
 
 /// A name as the wire carries it: of letters, digits, '_', '-' and '.', not empty and below kNameBytes.
@@ -155,7 +158,7 @@ struct Transmission {
 };
 
 /// Header time: the stamp, also that of the value. M is one of ImuSample, RangeSample, BaroSample, BatterySample,
-/// JointState, SolePressure, Datagram (its size, sender and bytes; the rest is 0).
+/// JointState, SolePressure, RefereeState, Datagram (its size, sender and bytes; the rest is 0).
 template <class M>
 struct Sample {
   Time ready;  // when the driver may see it; never before the stamp
@@ -187,8 +190,8 @@ struct Truth {
 // Bytes behind the header; messages of fixed size carry exactly these.
 inline constexpr std::size_t kHelloBytes = 64, kWelcomeBytes = 72, kDeviceBytes = 96, kClockBytes = 16;
 inline constexpr std::size_t kCommandBytes = 88, kImuBytes = 56, kRangeBytes = 16, kBaroBytes = 24, kFrameBytes = 40;
-inline constexpr std::size_t kBatteryBytes = 32, kSolesBytes = 72, kTruthBytes = 144, kClockAskBytes = 8,
-                             kClockAnswerBytes = 24;
+inline constexpr std::size_t kBatteryBytes = 32, kSolesBytes = 72, kRefereeBytes = 56, kTruthBytes = 144,
+                             kClockAskBytes = 8, kClockAnswerBytes = 24;
 inline constexpr std::size_t kJointsHeadBytes = 16, kJointBytes = 56;  // a Joints: its head, then joint by joint
 inline constexpr std::size_t kDatagramHeadBytes = 16;                  // then the bytes; a Transmit is only these
 inline constexpr std::size_t kMaxMessageBytes =
@@ -211,6 +214,7 @@ std::size_t encode(const Sample<msg::RangeSample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::BaroSample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::BatterySample>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::SolePressure>& m, std::byte* out) noexcept;
+std::size_t encode(const Sample<msg::RefereeState>& m, std::byte* out) noexcept;
 std::size_t encode(const Sample<msg::JointState>& m, std::byte* out) noexcept;  // at most kMaxChannels of its joints
 std::size_t encode(const Sample<msg::Datagram>& m, std::byte* out) noexcept;
 std::size_t encode(const Transmission& m, std::byte* out) noexcept;
@@ -231,6 +235,7 @@ hal::Status decode(const Header& h, Bytes payload, Sample<msg::RangeSample>& out
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::BaroSample>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::BatterySample>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::SolePressure>& out) noexcept;
+hal::Status decode(const Header& h, Bytes payload, Sample<msg::RefereeState>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::JointState>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Sample<msg::Datagram>& out) noexcept;
 hal::Status decode(const Header& h, Bytes payload, Transmission& out) noexcept;

@@ -30,6 +30,7 @@ rt::ModuleTypes robot_modules() {
   types.add<drivers::JointSource>("drivers::JointSource");
   types.add<drivers::TextSource>("drivers::TextSource");
   types.add<drivers::SoleSource>("drivers::SoleSource");
+  types.add<drivers::RefereeSource>("drivers::RefereeSource");
   types.add<drivers::CameraSource>("drivers::CameraSource");
   types.add<drivers::RadioSource>("drivers::RadioSource");
   types.add<control::ErrorStateFilter>("control::ErrorStateFilter");

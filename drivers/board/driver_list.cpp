@@ -33,7 +33,7 @@ std::span<const DriverKind> all_drivers() {
 
 namespace {
 
-constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kReaders{{{"imu", "drivers::ImuSource"},
+constexpr std::array<std::pair<std::string_view, std::string_view>, 14> kReaders{{{"imu", "drivers::ImuSource"},
                                                                                   {"range", "drivers::RangeSource"},
                                                                                   {"baro", "drivers::BaroSource"},
                                                                                   {"battery", "drivers::BatterySource"},
@@ -43,6 +43,7 @@ constexpr std::array<std::pair<std::string_view, std::string_view>, 13> kReaders
                                                                                   {"joints", "drivers::JointSource"},
                                                                                   {"text", "drivers::TextSource"},
                                                                                   {"soles", "drivers::SoleSource"},
+                                                                                  {"referee", "drivers::RefereeSource"},
                                                                                   {"camera", "drivers::CameraSource"},
                                                                                   {"radio", "drivers::RadioSource"},
                                                                                   {"actuators", "[actuator.NAME]"}}};

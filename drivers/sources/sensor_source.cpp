@@ -19,8 +19,8 @@ hal::Result<hal::Sensor<msg::Datagram>*> device_of<msg::Datagram>(hal::Board& bo
 
 template <class M>
 constexpr std::string_view as_drivers_say() {
-  constexpr std::array<std::string_view, hal::kSensorKinds> kNames{"imu", "range",  "baro", "battery", "mag", "gnss",
-                                                                   "rc",  "joints", "text", "soles"};  // by SensorKind
+  constexpr std::array<std::string_view, hal::kSensorKinds> kNames{
+      "imu", "range", "baro", "battery", "mag", "gnss", "rc", "joints", "text", "soles", "referee"};  // by SensorKind
   return kNames[static_cast<std::size_t>(hal::kSensorKind<M>)];
 }
 template <>
@@ -58,6 +58,7 @@ template class SensorSource<msg::RcSample>;
 template class SensorSource<msg::JointState>;
 template class SensorSource<msg::TextValues>;
 template class SensorSource<msg::SolePressure>;
+template class SensorSource<msg::RefereeState>;
 template class SensorSource<msg::Datagram>;
 
 }  // namespace sinew::drivers

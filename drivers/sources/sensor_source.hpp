@@ -79,6 +79,11 @@ class SoleSource final : public SensorSource<msg::SolePressure> {
  public:
   SoleSource() : SensorSource("soles") {}
 };
+/// What the referee of a game says; a stale step heard nothing new.
+class RefereeSource final : public SensorSource<msg::RefereeState> {
+ public:
+  RefereeSource() : SensorSource("referee") {}
+};
 /// All values of a text robot (docs/text-robots.md).
 class TextSource final : public SensorSource<msg::TextValues> {
  public:

@@ -8,6 +8,7 @@ inline constexpr int kKidImuSteps = 8;                         // 500 Hz, each p
 inline constexpr int kKidJointSteps = 32;                      // 125 Hz: the servos' buses are read in turn
 inline constexpr int kKidCameraSteps = 400;                    // 10 Hz
 inline constexpr int kKidBatterySteps = 400;                   // 10 Hz
+inline constexpr int kKidRefereeSteps = 2000;                  // 2 Hz, as RoboCup's game controller
 inline constexpr std::int64_t kKidCameraDelayNs = 25'000'000;  // as the quadrotor's: exposure, read-out, USB
 inline constexpr std::uint32_t kKidHeadJoints = 2, kKidArmJoints = 4, kKidLegJoints = 6;  // at most
 inline constexpr std::array<std::uint32_t, kinematics::kLimbs> kKidLimbJoints{
@@ -19,6 +20,7 @@ inline constexpr WorldDevice kKidDevices[] = {
     {Part::imu, "imu", kKidImuSteps, 0, 0, FaultDevice::imu},
     {Part::soles, "soles", kKidJointSteps, 0, 0, FaultDevice::soles},
     {Part::battery, "battery", kKidBatterySteps, 5'000'000, 0, FaultDevice::battery},
+    {Part::referee, "referee", kKidRefereeSteps, 2'000'000, 0, FaultDevice::referee},
     {Part::joints, "head_joints", kKidJointSteps, 0, kKidHeadJoints, FaultDevice::joints, 0, 0, FaultDevice::head},
     {Part::joints, "left_arm_joints", kKidJointSteps, 0, kKidArmJoints, FaultDevice::joints, 0, 0,
      FaultDevice::left_arm},

@@ -12,6 +12,7 @@ using msg::MissionPhase;
 void FigureWalk::declare(rt::Declaration& d) {
   d.in("gait", gait_, {.max_age = 500ms});
   d.in("safety", safety_, {.optional = true, .supervises = true});
+  d.in("referee", referee_, {.max_age = 3s, .optional = true});
   d.out("velocity", velocity_);
   d.out("mission", mission_);
   d.state(in_phase_s_, since_, phase_, leg_);
@@ -21,6 +22,7 @@ void FigureWalk::declare(rt::Declaration& d) {
   d.param("side_mps", side_mps_, {.unit = "m/s", .min = 0, .max = 1, .doc = "to the left and to the right"});
   d.param("back_mps", back_mps_, {.unit = "m/s", .min = 0, .max = 1, .doc = "backward"});
   d.param("turn_radps", turn_radps_, {.unit = "rad/s", .min = 0.05, .max = 3, .doc = "in the circles"});
+  d.param("heed_referee", heed_referee_, {.doc = "walk only while the game is on and it is not penalised"});
 }
 
 void FigureWalk::reset() {
@@ -36,6 +38,12 @@ void FigureWalk::enter(MissionPhase phase, rt::Time now) {
   since_ = now;
 }
 
+bool FigureWalk::may_walk(rt::Time now) const {
+  if (!heed_referee_) return true;
+  const msg::RefereeState* said = referee_.fresh(now);
+  return said && said->phase == msg::GamePhase::playing && said->penalty == msg::GamePenalty::none;
+}
+
 rt::StepStatus FigureWalk::step(const rt::Step& step) noexcept {
   struct Leg {
     double forward, left, turn;  // shares of the speeds
@@ -43,11 +51,12 @@ rt::StepStatus FigureWalk::step(const rt::Step& step) noexcept {
   static constexpr std::array<Leg, 6> kFigure{{{1, 0, 0}, {0, 1, 0}, {-1, 0, 0}, {0, -1, 0}, {1, 0, 1}, {1, 0, -1}}};
   const msg::GaitState* gait = gait_.fresh(step.now);
   if (!gait) return rt::StepStatus::stale;
-  in_phase_s_ += msg::seconds(step.dt);
+  const bool may = may_walk(step.now);
+  if (may || phase_ == MissionPhase::hold) in_phase_s_ += msg::seconds(step.dt);
   const msg::SafetyState* safety = safety_.get();
   const bool calm = !safety || safety->action == msg::FailsafeAction::none;
   const bool upright = gait->mode == msg::GaitMode::stand || gait->mode == msg::GaitMode::walk;
-  if (phase_ == MissionPhase::wait && calm && upright && in_phase_s_ >= stand_s_)
+  if (phase_ == MissionPhase::wait && calm && may && upright && in_phase_s_ >= stand_s_)
     enter(MissionPhase::approach, step.now);
   if (phase_ == MissionPhase::approach && !calm) enter(MissionPhase::hold, step.now);
   if (phase_ == MissionPhase::approach && upright) {
@@ -62,7 +71,7 @@ rt::StepStatus FigureWalk::step(const rt::Step& step) noexcept {
 
   msg::VelocityCommand& velocity = velocity_.loan();
   velocity.stamp = gait->stamp;
-  if (phase_ == MissionPhase::approach) {
+  if (phase_ == MissionPhase::approach && may) {
     const Leg& leg = kFigure[leg_];
     velocity.linear_mps.x = leg.forward * (leg.forward < 0 ? back_mps_ : forward_mps_);
     velocity.linear_mps.y = leg.left * side_mps_;

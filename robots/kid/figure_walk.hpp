@@ -2,6 +2,7 @@
 #include "msg/flight.hpp"
 #include "msg/gait.hpp"
 #include "msg/motion.hpp"
+#include "msg/referee.hpp"
 #include "msg/safety.hpp"
 #include "rt/module.hpp"
 
@@ -11,6 +12,8 @@ namespace sinew::kid {
 /// Thread:  executor, 10 Hz or more.   RT: yes.
 /// Errors:  stale without a fresh gait: nothing is published, and the walk stands.
 ///          A failsafe that asks to land ends the figure.
+/// With `heed_referee` it walks only while the referee says that the game is on and that it may play, and stands
+/// otherwise, also when nothing was heard of the referee for 3 s.
 class FigureWalk final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
@@ -19,12 +22,15 @@ class FigureWalk final : public rt::Module {
 
  private:
   void enter(msg::MissionPhase phase, rt::Time now);
+  bool may_walk(rt::Time now) const;
 
   rt::In<msg::GaitState> gait_;
   rt::In<msg::SafetyState> safety_;
+  rt::In<msg::RefereeState> referee_;
   rt::Out<msg::VelocityCommand> velocity_;
   rt::Out<msg::MissionState> mission_;
   double stand_s_ = 2, forward_mps_ = 0.2, side_mps_ = 0.12, back_mps_ = 0.12, turn_radps_ = 0.5, leg_s_ = 5;
+  bool heed_referee_ = false;
 
   double in_phase_s_ = 0;
   rt::Time since_{};

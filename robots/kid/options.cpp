@@ -20,6 +20,20 @@ constexpr WorldOption kOwn[] = {
      false, true},
     {"push_from_deg", "torso-push-from", "deg", -180, 180, 0.0, "",
      "from where it comes: 0 from behind, 90 from the right, 180 from the front", false, true},
+    {"team", "team", "", 0, 1, 0.0, "", "its colour and side: 0 blue, defends -x in the first half; 1 red", true, true},
+    {"ball_roll_mps", "ball-roll", "m/s", 0, 10, 0.0, "", "the ball is set rolling once with this speed"},
+    {"ball_roll_deg", "ball-roll-toward", "deg", -180, 180, 0.0, "", "where to: 0 along the field"},
+    {"ball_roll_at_s", "ball-roll-at", "s", 0, 3600, 0.0, "", "and when"},
+    {"kinematic", "kinematic", "", 0, 1, 0.0, "",
+     "1: without dynamics: the lowest foot is fixed to flat ground and the body moves over it; nobody falls or is "
+     "pushed",
+     true},
+    {"referee", "referee", "", 0, 1, 0.0, "", "1: a referee leads a game of two halves, from the start on", true},
+    {"referee_ready_s", "referee-ready", "s", 0, 600, 45.0, "", "to go to one's place"},
+    {"referee_set_s", "referee-set", "s", 0, 600, 5.0, "", "to stand there before the kick-off"},
+    {"referee_half_s", "referee-half", "s", 1, 3600, 600.0, "", "a half lasts"},
+    {"referee_fallen_s", "referee-fallen", "s", 1, 600, 20.0, "", "a robot that lies for longer is penalised"},
+    {"referee_penalty_s", "referee-penalty", "s", 0, 600, 30.0, "", "a penalty lasts"},
 };
 
 }  // namespace

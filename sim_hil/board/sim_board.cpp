@@ -116,6 +116,9 @@ void SimBoard::make_devices() {
       case DeviceKind::soles:
         device = std::make_unique<SimSensor<msg::SolePressure>>(info, shared_, capacity, depth);
         break;
+      case DeviceKind::referee:
+        device = std::make_unique<SimSensor<msg::RefereeState>>(info, shared_, capacity, depth);
+        break;
       case DeviceKind::joints:
         device = std::make_unique<SimSensor<msg::JointState>>(info, shared_, capacity, depth);
         break;
@@ -152,6 +155,8 @@ static std::optional<DeviceKind> kind_of(hal::SensorKind kind) {
       return DeviceKind::joints;
     case hal::SensorKind::soles:
       return DeviceKind::soles;
+    case hal::SensorKind::referee:
+      return DeviceKind::referee;
     default:
       return std::nullopt;
   }
@@ -303,6 +308,8 @@ Status SimBoard::take(const Message& message, Time at) {
       return take_sample<msg::BatterySample>(message, at, DeviceKind::battery);
     case Type::soles:
       return take_sample<msg::SolePressure>(message, at, DeviceKind::soles);
+    case Type::referee:
+      return take_sample<msg::RefereeState>(message, at, DeviceKind::referee);
     case Type::joints:
       return take_sample<msg::JointState>(message, at, DeviceKind::joints);
     case Type::datagram:

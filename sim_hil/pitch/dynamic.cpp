@@ -158,6 +158,7 @@ void DynamicPitch::place(std::size_t robot, const PitchPlace& at) {
 
 void DynamicPitch::place_ball(const Vec3& p, const Vec3& v) {
   if (ball_body_ < 0) return;
+  ball_.touched_by = -1;
   const double at[7] = {p.x, p.y, std::max(p.z, o_.ball.radius_m), 1, 0, 0, 0};
   const double moves[6] = {v.x, v.y, v.z, -v.y / o_.ball.radius_m, v.x / o_.ball.radius_m, 0};  // it rolls
   std::copy_n(at, 7, data_->qpos + ball_qpos_);

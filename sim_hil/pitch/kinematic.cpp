@@ -21,6 +21,17 @@ constexpr double kOtherFootLower_m = 0.001;  // from here on the other foot is t
 constexpr double kBothFeet_m = 0.002;        // feet that differ by less share the weight
 constexpr double kBallBounce = 0.5;          // of the speed, off posts and feet
 constexpr double kEarth_mps2 = 9.81;
+constexpr double kFollows_s = 0.05;    // the torso that the IMU feels, ours
+constexpr double kLaysFlat_radps = 1;  // a foot that comes down askew: at once would be a blow to the gyro
+
+/// Turned towards flat by at most so much; on the ground.
+Pose laid_flatter(const Pose& p, double most_rad) {
+  const Vec3 up = p.q.rotate({0, 0, 1}), axis = cross(up, Vec3{0, 0, 1});
+  const double sine = norm(axis), tilt = math::atan2(sine, up.z);
+  const Pose down{{p.p_m.x, p.p_m.y, 0}, p.q};
+  if (sine < 1e-12) return down;
+  return {down.p_m, (Quat::from_axis_angle(axis / sine, std::min(tilt, most_rad)) * p.q).normalized()};
+}
 
 /// Flat on the ground: only place and heading are left.
 Pose flattened(const Pose& p) { return {{p.p_m.x, p.p_m.y, 0}, Quat::from_axis_angle({0, 0, 1}, p.q.yaw())}; }
@@ -30,7 +41,7 @@ struct Mover {
   std::size_t foot = 0;  // the one that stands
   Pose held;             // its sole in the world; of a robot without soles or that lies: link 0
   bool stands = false;
-  Vec3 imu_m{}, imu_mps{};
+  Quat felt_q{};      // of the torso, as the IMU feels it
   bool fresh = true;  // nothing to take differences with
 };
 
@@ -47,6 +58,7 @@ class KinematicPitch final : public PitchOfRobots {
   std::uint64_t trouble() const override { return 0; }
   void place(std::size_t robot, const PitchPlace& at) override;
   void place_ball(const Vec3& p_m, const Vec3& v_mps) override {
+    ball_.touched_by = -1;
     ball_.p_m = {p_m.x, p_m.y, o_.ball.radius_m};
     ball_.v_mps = {v_mps.x, v_mps.y, 0};
   }
@@ -105,18 +117,19 @@ void KinematicPitch::turn_joints(std::size_t robot) {
   }
 }
 
-/// The standing foot stays where it is, flat; where the other one would be below it, that one stands.
+/// The standing foot stays where it is and comes to lie flat; where the other one would be below it, that one stands.
 void KinematicPitch::stand(std::size_t robot) {
   Mover& m = mover_[robot];
   const auto over = [&](std::size_t side, const Pose& held) {
     pose_[robot].set(m.rad);
     pose_[robot].set(m.rad, held * sole(robot, side).inverse());
   };
+  m.held = laid_flatter(m.held, kLaysFlat_radps * kDt_s);
   over(m.foot, m.held);
   const Pose other = sole(robot, 1 - m.foot);
   if (other.p_m.z < -kOtherFootLower_m) {
     m.foot = 1 - m.foot;
-    m.held = flattened(other);
+    m.held = laid_flatter(other, 0);
     over(m.foot, m.held);
   }
 }
@@ -172,13 +185,16 @@ void KinematicPitch::tell(std::size_t robot) {
       for (std::size_t k = 0; k < 4; ++k) r.measured.cell_n[side][k] = t.foot_n[side] * shares[k];
     }
   }
+  // The IMU of a robot that stands feels an upright torso that turns, since nothing here can fall: a walk answers a
+  // tilt with its ankles, which turn the torso at once where no mass has to follow, and the loop would swing itself up.
+  const Quat felt = m.stands ? Quat::from_axis_angle({0, 0, 1}, t.torso.q.yaw()) : t.torso.q;
+  if (m.fresh) m.felt_q = felt;
+  const Vec3 turn = (m.felt_q.conjugate() * felt).log();
+  m.felt_q = (m.felt_q * Quat::exp(turn * (kDt_s / kFollows_s))).normalized();
   const kinematics::Place* const place = r.model.body.find_place("imu");
-  const Pose imu = place ? t.link[place->link] * place->pose : t.torso;
-  const Vec3 v = m.fresh ? Vec3{} : (imu.p_m - m.imu_m) / kDt_s;
-  const Vec3 felt = (m.fresh ? Vec3{} : (v - m.imu_mps) / kDt_s) + Vec3{0, 0, kEarth_mps2};
-  m.imu_m = imu.p_m, m.imu_mps = v;
-  r.measured.gyro_radps = imu.q.conjugate().rotate(t.torso.q.rotate(t.gyro_radps));
-  r.measured.accel_mps2 = imu.q.conjugate().rotate(felt);
+  const Quat q_torso_imu = place ? t.torso.q.conjugate() * (t.link[place->link] * place->pose).q : Quat{};
+  r.measured.gyro_radps = q_torso_imu.conjugate().rotate(turn / kFollows_s);
+  r.measured.accel_mps2 = (m.felt_q * q_torso_imu).conjugate().rotate({0, 0, kEarth_mps2});
   m.fresh = false;
 }
 

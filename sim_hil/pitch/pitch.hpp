@@ -55,7 +55,8 @@ struct PitchOptions {
   FieldSize field{};
   BallSize ball{};
   bool has_ball = true;
-  PitchPlace ball_at{};  // x_m, y_m
+  bool orange_ball = false;  // for robots that find it by its colour; else white with black, as in the league
+  PitchPlace ball_at{};      // x_m, y_m
 };
 
 struct JointReading {
@@ -127,7 +128,7 @@ class Pitch {
 
   /// An impulse in the world's axes on the torso's centre of mass, evenly over this time.
   virtual void push(std::size_t robot, const math::Vec3& impulse_ns, std::int64_t duration_ns) = 0;
-  /// On the ground unless p_m.z is above.
+  /// On the ground unless p_m.z is above; nobody has touched it since.
   virtual void place_ball(const math::Vec3& p_m, const math::Vec3& v_mps = {}) = 0;
   /// At rest; pushes end. Its servos go on with their commands.
   virtual void place(std::size_t robot, const PitchPlace& at) = 0;

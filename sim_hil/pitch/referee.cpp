@@ -45,6 +45,11 @@ double Referee::seconds_left(std::int64_t now_ns) const {
   return state_ == GameState::finished ? 0 : std::max(0.0, rules_.half_s - gone);
 }
 
+double Referee::penalty_seconds_left(std::size_t robot, std::int64_t now_ns) const {
+  const Robot& r = robot_[robot];
+  return r.penalty == Penalty::none ? 0 : std::max(0.0, static_cast<double>(r.penalty_end_ns - now_ns) * 1e-9);
+}
+
 void Referee::note(Decision::Kind kind, std::int64_t now_ns, int team, int robot) {
   Decision d;
   d.kind = kind, d.at_ns = now_ns, d.team = team, d.robot = robot, d.state = state_, d.score = score_;

@@ -94,6 +94,8 @@ class Referee {
   /// The team that kicks off, throws in or has the kick; -1: nobody has to wait.
   int kicking_team() const { return kicking_team_; }
   Penalty penalty(std::size_t robot) const { return robot_[robot].penalty; }
+  /// Until it may come back; 0: it is not penalised.
+  double penalty_seconds_left(std::size_t robot, std::int64_t now_ns) const;
   /// -1 or 1: the x side of the goal that a team defends.
   int side(std::uint8_t team) const { return (team == 0) == (half_ % 2 == 1) ? -1 : 1; }
   /// Left in this half.

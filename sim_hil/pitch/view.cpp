@@ -14,7 +14,7 @@ using raster::Colour;
 using raster::Mesh;
 
 constexpr Colour kSky{168, 184, 200}, kCarpet{46, 122, 56}, kCarpetStripe{42, 114, 52}, kWhite{240, 240, 240},
-    kBallBlack{30, 30, 34}, kDark{58, 58, 64};
+    kBallBlack{30, 30, 34}, kBallOrange{236, 112, 24}, kDark{58, 58, 64};
 constexpr Colour kTeams[] = {{40, 80, 210}, {205, 45, 50}};
 constexpr double kTile_m = 1;                   // of the carpet: tiles outside of a picture are left out as a whole
 constexpr double kFar_m = 2.5;                  // from here on a robot has fewer faces
@@ -105,7 +105,10 @@ PitchView::PitchView(const PitchOptions& o, std::span<const PitchBody> bodies) {
   white.triangles.clear(), black.triangles.clear();
   for (std::size_t i = 0; i < whole.triangles.size(); ++i)
     (i / 2 % 3 == 0 ? black : white).triangles.push_back(whole.triangles[i]);
-  if (o.has_ball) ball_ = {{white, kWhite, kShowsBall}, {black, kBallBlack, kShowsBall}};
+  if (o.has_ball && o.orange_ball)
+    ball_ = {{whole, kBallOrange, kShowsBall}};
+  else if (o.has_ball)
+    ball_ = {{white, kWhite, kShowsBall}, {black, kBallBlack, kShowsBall}};
 
   for (const PitchBody& given : bodies) {
     Robot r;

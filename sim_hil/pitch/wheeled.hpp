@@ -14,7 +14,8 @@ namespace sinew::plant {
 
 /// Source:  sizes and places of body, wheels and caster: the Stage simulator's worlds/pioneer.inc, whose outer size of
 ///          44 x 38 x 22 cm is the maker's. Mass, speed and encoder steps are those commonly given for the robot. The
-///          gripper's size and forces, inertias and the motors' torque are ours.
+///          gripper's force is the largest grasping pressure in the maker's PeopleBot manual, about 2 kg; whether that
+///          is of one paddle it does not say. The gripper's size and speed, inertias and the motors' torque are ours.
 struct WheeledSize {
   double length_m = 0.44, width_m = 0.28, low_m = 0.059, high_m = 0.234;  // of the body between the wheels
   double middle_x_m = -0.04;                                              // of the body; the wheels turn about 0
@@ -24,8 +25,8 @@ struct WheeledSize {
   double fastest_mps = 1.6, wheel_stall_nm = 6;
   double encoder_steps = 9850;  // of a wheel's turn
   double paddle_long_m = 0.12, paddle_high_m = 0.06, paddle_thick_m = 0.012, paddle_low_m = 0.03;
-  double opening_m = 0.215;  // between the open paddles
-  double grip_n = 25, grip_mps = 0.1;
+  double opening_m = 0.215;            // between the open paddles
+  double grip_n = 20, grip_mps = 0.1;  // of each paddle
 };
 inline constexpr WheeledSize kPioneer{};
 

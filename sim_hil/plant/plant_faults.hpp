@@ -31,6 +31,7 @@ struct PlantFaults {
   SensorFaults<msg::BaroSample> baro{log, FaultDevice::baro};
   SensorFaults<msg::BatterySample> battery{log, FaultDevice::battery};
   SensorFaults<msg::SolePressure> soles{log, FaultDevice::soles};
+  SensorFaults<msg::RefereeState> referee{log, FaultDevice::referee};
   RadioFaults radio{log};
   // Of each camera and each group; a fault strikes all that have its device.
   std::deque<FrameFaults> frames;

@@ -30,6 +30,8 @@ sim_hil::DeviceKind kind_of(Part part) {
       return sim_hil::DeviceKind::battery;
     case Part::soles:
       return sim_hil::DeviceKind::soles;
+    case Part::referee:
+      return sim_hil::DeviceKind::referee;
     case Part::joints:
       break;
   }
@@ -277,6 +279,7 @@ Status RobotSession::send_samples(const Due& due) {
   if (s && due.baro) s = pass(faults_->baro, Part::baro, due.baro_sample);
   if (s && due.battery) s = pass(faults_->battery, Part::battery, due.battery_sample);
   if (s && due.soles) s = pass(faults_->soles, Part::soles, due.soles_sample);
+  if (s && due.referee) s = pass(faults_->referee, Part::referee, due.referee_sample);
   for (std::size_t i = 0; i < joints_.size() && due.joints && s; ++i) {
     const msg::JointState& sample = due.joints_samples[i];
     s = faults_->joints[i].offer(sample, ready(sample.stamp, ns(joints_[i].delay_ns)), sender(joints_[i].id));
@@ -297,6 +300,7 @@ Status RobotSession::release_held(Time until) {
   if (s) s = faults_->baro.release(until, sender(id(Part::baro)));
   if (s) s = faults_->battery.release(until, sender(id(Part::battery)));
   if (s) s = faults_->soles.release(until, sender(id(Part::soles)));
+  if (s) s = faults_->referee.release(until, sender(id(Part::referee)));
   for (std::size_t i = 0; i < joints_.size() && s; ++i) s = faults_->joints[i].release(until, sender(joints_[i].id));
   for (const Camera& camera : cameras_)
     if (s)

@@ -247,6 +247,11 @@ Status PlantLink::send(std::uint16_t device, const msg::SolePressure& sample, Ti
   if (auto ok = expect_kind(device, DeviceKind::soles); !ok) return ok;
   return add(Type::soles, device, sample.stamp, Sample<msg::SolePressure>{clock_.to_robot(ready), sample});
 }
+
+Status PlantLink::send(std::uint16_t device, const msg::RefereeState& sample, Time ready) {
+  if (auto ok = expect_kind(device, DeviceKind::referee); !ok) return ok;
+  return add(Type::referee, device, sample.stamp, Sample<msg::RefereeState>{clock_.to_robot(ready), sample});
+}
 Status PlantLink::send(std::uint16_t device, const msg::JointState& state, Time ready) {
   if (auto ok = expect_kind(device, DeviceKind::joints); !ok) return ok;
   if (state.count != plant_.devices[device].channels)

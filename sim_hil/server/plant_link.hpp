@@ -87,6 +87,7 @@ class PlantLink {
   hal::Status send(std::uint16_t device, const msg::BaroSample& sample, Time ready);
   hal::Status send(std::uint16_t device, const msg::BatterySample& sample, Time ready);
   hal::Status send(std::uint16_t device, const msg::SolePressure& sample, Time ready);
+  hal::Status send(std::uint16_t device, const msg::RefereeState& sample, Time ready);
   hal::Status send(std::uint16_t device, const msg::JointState& state, Time ready);
   hal::Status send(std::uint16_t device, const msg::Datagram& datagram, Time ready);
   hal::Status send_truth(Time now, const Truth& truth);

@@ -36,6 +36,10 @@ std::string_view to_string(FaultDevice device) {
       return "left_leg";
     case FaultDevice::right_leg:
       return "right_leg";
+    case FaultDevice::referee:
+      return "referee";
+    case FaultDevice::gripper:
+      return "gripper";
   }
   return "unknown";
 }
@@ -68,6 +72,10 @@ const char* why_not(FaultDevice device, FaultKind kind) {
   if (kind == FaultKind::closed) return device == FaultDevice::link ? nullptr : "only a connection closes; use off";
   if (is_actuator(device))
     return kind == FaultKind::duplicated ? "a command is a state: the same one twice acts like once" : nullptr;
+  if (device == FaultDevice::referee)
+    return kind == FaultKind::garbage || kind == FaultKind::wrong
+               ? "a referee's word comes whole or not at all: its datagrams carry checksums"
+               : nullptr;
   if (device != FaultDevice::link) return nullptr;
   switch (kind) {
     case FaultKind::off:

@@ -27,7 +27,9 @@ enum class FaultDevice : std::uint8_t {
   left_arm,
   right_arm,
   left_leg,
-  right_leg
+  right_leg,
+  referee,
+  gripper
 };
 enum class FaultKind : std::uint8_t {
   off,           // nothing comes any more
@@ -43,7 +45,8 @@ enum class FaultKind : std::uint8_t {
 inline constexpr FaultDevice kFaultDevices[] = {
     FaultDevice::imu,       FaultDevice::range,    FaultDevice::baro,      FaultDevice::battery, FaultDevice::camera,
     FaultDevice::joints,    FaultDevice::soles,    FaultDevice::motors,    FaultDevice::head,    FaultDevice::left_arm,
-    FaultDevice::right_arm, FaultDevice::left_leg, FaultDevice::right_leg, FaultDevice::radio,   FaultDevice::link};
+    FaultDevice::right_arm, FaultDevice::left_leg, FaultDevice::right_leg, FaultDevice::gripper, FaultDevice::radio,
+    FaultDevice::referee,   FaultDevice::link};
 inline constexpr FaultKind kFaultKinds[] = {FaultKind::off,          FaultKind::stuck,      FaultKind::garbage,
                                             FaultKind::wrong,        FaultKind::slow,       FaultKind::delayed,
                                             FaultKind::intermittent, FaultKind::duplicated, FaultKind::closed};
@@ -51,7 +54,8 @@ inline constexpr FaultKind kFaultKinds[] = {FaultKind::off,          FaultKind::
 std::string_view to_string(FaultDevice device);
 /// It takes commands.
 constexpr bool is_actuator(FaultDevice device) {
-  return device == FaultDevice::motors || device == FaultDevice::head || device >= FaultDevice::left_arm;
+  return device == FaultDevice::motors || device == FaultDevice::head || device == FaultDevice::gripper ||
+         (device >= FaultDevice::left_arm && device <= FaultDevice::right_leg);
 }
 std::string_view to_string(FaultKind kind);
 

@@ -86,9 +86,11 @@ AmountRule wrong_rule(FaultDevice device) {
     case FaultDevice::right_arm:
     case FaultDevice::left_leg:
     case FaultDevice::right_leg:
+    case FaultDevice::gripper:
       return {true, false, false, 0, 1, 0.1, "share of its way that joint 0 lacks, 0 to 1"};
     case FaultDevice::radio:
       return {true, false, false, 0, 1, 0.1, "share of the heard datagrams with one wrong bit, 0 to 1"};
+    case FaultDevice::referee:
     case FaultDevice::link:
       break;
   }

@@ -4,6 +4,7 @@
 
 #include "hal/result.hpp"
 #include "msg/joints.hpp"
+#include "msg/referee.hpp"
 #include "msg/sensors.hpp"
 #include "sim_hil/worlds/fault.hpp"
 
@@ -22,6 +23,10 @@ void shift(msg::BaroSample& s, double pa);
 void shift(msg::BatterySample& s, double v);
 void shift(msg::SolePressure& s, double n);
 void shift(msg::JointState& s, double rad);
+
+// A referee's words come whole or not at all: why_not() allows neither fault.
+inline void scramble(msg::RefereeState&, math::Random&) {}
+inline void shift(msg::RefereeState&, double) {}
 
 /// Stands between a sensor and the wire. It never changes stamps. Ready never decreases, so a sample behind a delayed
 /// one waits for it, as in a queue. Without faults of its device it passes everything on at once.

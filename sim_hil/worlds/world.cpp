@@ -8,8 +8,8 @@
 namespace sinew::plant {
 
 std::string_view to_string(Part part) {
-  constexpr std::string_view kNames[kParts] = {"imu",       "range",   "baro",   "camera",
-                                               "actuators", "battery", "joints", "soles"};
+  constexpr std::string_view kNames[kParts] = {"imu",     "range",  "baro",  "camera", "actuators",
+                                               "battery", "joints", "soles", "referee"};
   return kNames[static_cast<std::size_t>(part)];
 }
 

@@ -13,6 +13,7 @@
 
 #include "hal/result.hpp"
 #include "msg/joints.hpp"
+#include "msg/referee.hpp"
 #include "msg/sensors.hpp"
 #include "sim_hil/worlds/fault.hpp"
 
@@ -40,8 +41,8 @@ constexpr std::int64_t camera_stamp_ns(std::uint32_t frame) {
 inline constexpr double kGravity = 9.81;
 inline constexpr double kFocalPerHeight = 0.875;  // unless a world says otherwise: fx = fy = 420 px at 640x480
 
-enum class Part : std::uint8_t { imu, range, baro, camera, actuators, battery, joints, soles };
-inline constexpr std::size_t kParts = 8;
+enum class Part : std::uint8_t { imu, range, baro, camera, actuators, battery, joints, soles, referee };
+inline constexpr std::size_t kParts = 9;
 /// Of one robot: groups of joints and of actuators, and cameras.
 inline constexpr std::size_t kMostGroups = 6, kMostCameras = 4;
 
@@ -108,13 +109,15 @@ struct WorldInfo {
 
 /// The samples that the step that just ended made available. They carry their stamps; delays are not applied yet.
 struct Due {
-  bool imu = false, range = false, baro = false, battery = false, joints = false, soles = false, truth = false;
+  bool imu = false, range = false, baro = false, battery = false, joints = false, soles = false, referee = false;
+  bool truth = false;
   std::uint32_t cameras = 0;  // bit i: camera i takes a picture now
   msg::ImuSample imu_sample;
   msg::RangeSample range_sample;
   msg::BaroSample baro_sample;
   msg::BatterySample battery_sample;
   msg::SolePressure soles_sample;
+  msg::RefereeState referee_sample;
   std::array<msg::JointState, kMostGroups> joints_samples;  // of each group
 };
 

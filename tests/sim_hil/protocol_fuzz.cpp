@@ -98,6 +98,7 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
   msg::BaroSample baro;
   msg::BatterySample battery;
   msg::SolePressure soles;
+  msg::RefereeState referee;
   msg::JointState joints;
   msg::Datagram datagram;
   auto until = (*board)->next_grant({});
@@ -108,6 +109,7 @@ void hear_as_runtime(std::unique_ptr<hal::Stream> stream) {
       if (d.kind == DeviceKind::range) read_all((*board)->sensor<msg::RangeSample>(d.name), range);
       if (d.kind == DeviceKind::baro) read_all((*board)->sensor<msg::BaroSample>(d.name), baro);
       if (d.kind == DeviceKind::soles) read_all((*board)->sensor<msg::SolePressure>(d.name), soles);
+      if (d.kind == DeviceKind::referee) read_all((*board)->sensor<msg::RefereeState>(d.name), referee);
       if (d.kind == DeviceKind::battery) read_all((*board)->sensor<msg::BatterySample>(d.name), battery);
       if (d.kind == DeviceKind::joints) read_all((*board)->sensor<msg::JointState>(d.name), joints);
       if (d.kind == DeviceKind::radio)

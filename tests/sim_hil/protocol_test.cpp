@@ -82,6 +82,7 @@ TEST(SimProtocol, PayloadsHaveTheSizesOfThePage) {
   EXPECT_EQ(payload_of(Sample<msg::BaroSample>{}).size(), kBaroBytes);
   EXPECT_EQ(payload_of(Sample<msg::BatterySample>{}).size(), kBatteryBytes);
   EXPECT_EQ(payload_of(Sample<msg::SolePressure>{}).size(), kSolesBytes);
+  EXPECT_EQ(payload_of(Sample<msg::RefereeState>{}).size(), kRefereeBytes);
   EXPECT_EQ(payload_of(two_joints()).size(), kJointsHeadBytes + 2 * kJointBytes);
   EXPECT_EQ(payload_of(FrameInfo{}).size(), kFrameBytes);
   EXPECT_EQ(payload_of(Truth{}).size(), kTruthBytes);
@@ -149,6 +150,28 @@ TEST(SimProtocol, SamplesComeBackWithTheSameBits) {
   ASSERT_TRUE(decode_payload(Type::soles, payload_of(soles), soles_back, Time{6}));
   EXPECT_EQ(soles_back.value.stamp, Time{6});
   EXPECT_EQ(soles_back.value.force_n, soles.value.force_n);
+}
+
+TEST(SimProtocol, ARefereesWordComesBackAsItWasSentOrIsRefused) {
+  Sample<msg::RefereeState> sent, back;
+  sent.ready = Time{9};
+  sent.value = {{}, 512.5, 12.25, msg::GamePhase::playing, msg::GamePenalty::incapable, msg::GameKick::own, 2, 3,
+                4,  1,     1};
+  ASSERT_TRUE(decode_payload(Type::referee, payload_of(sent), back, Time{8}));
+  EXPECT_EQ(back.value.stamp, Time{8});
+  sent.value.stamp = Time{8};
+  EXPECT_EQ(std::memcmp(&back.value, &sent.value, sizeof sent.value), 0);
+  const auto refused = [&](auto&& spoil) {
+    auto other = sent;
+    spoil(other.value);
+    return !decode_payload(Type::referee, payload_of(other), back, Time{8});
+  };
+  EXPECT_TRUE(refused([](msg::RefereeState& s) { s.phase = static_cast<msg::GamePhase>(5); }));
+  EXPECT_TRUE(refused([](msg::RefereeState& s) { s.penalty = static_cast<msg::GamePenalty>(7); }));
+  EXPECT_TRUE(refused([](msg::RefereeState& s) { s.kick = static_cast<msg::GameKick>(3); }));
+  EXPECT_TRUE(refused([](msg::RefereeState& s) { s.team = 2; }));
+  EXPECT_TRUE(refused([](msg::RefereeState& s) { s.attacks_right = 2; }));
+  EXPECT_TRUE(refused([](msg::RefereeState& s) { s.left_s = std::nan(""); }));
 }
 
 TEST(SimProtocol, CommandAndTruthComeBackAsTheyWereSent) {
@@ -242,7 +265,7 @@ TEST(SimProtocol, WelcomeIsCheckedDeviceByDevice) {
   EXPECT_EQ(refused([](Welcome& w) { w.step = 0ns; }), "plant's step is not positive");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[1].name = "imu"; }), "two devices have the same name");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[1].channels = 9; }), "actuators need 1 to 8 channels");
-  EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind{10}; }), "unknown kind of device");
+  EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind{11}; }), "unknown kind of device");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[0].kind = DeviceKind::joints; }), "joints are 1 to 8");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[0].period = -1ns; }), "device has a bad period or latency");
   EXPECT_EQ(refused([](Welcome& w) { w.devices[2].width = 1282; }), "camera is larger than 1280x960 or empty");

@@ -1,10 +1,11 @@
 #include "robots/kid/world/soccer_world.hpp"
 
 #include <algorithm>
-#include <cstring>
+#include <bit>
 
+#include "robots/kid/world/game.hpp"
 #include "robots/kid/world/walk_score.hpp"
-#include "sim_hil/pitch/view.hpp"
+#include "sim_hil/pitch/painter.hpp"
 #include "sim_hil/worlds/json_object.hpp"
 #include "sim_hil/worlds/sensors.hpp"
 
@@ -21,23 +22,24 @@ double heading_of(const kinematics::Pose& pose) {
   return math::atan2(ahead.y, ahead.x);
 }
 
-Pose to_world(const kinematics::Pose& p) { return {p.p_m.to<msg::Vec3>(), p.q.to<msg::Quat>()}; }
-
-/// x ahead, y left, z up to x right, y down, z ahead.
-constexpr math::Quat kQOptical{0.5, -0.5, 0.5, -0.5};
+/// Also where both are NaN.
+bool same_bits(const std::array<double, kMostJoints>& a, const std::array<double, kMostJoints>& b) {
+  return std::ranges::equal(
+      a, b, [](double x, double y) { return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y); });
+}
 
 }  // namespace
 
 class SoccerRobotSide final : public SimRobot, public PlantJoints {
  public:
-  SoccerRobotSide(const SoccerRobot& given, Pitch& pitch, std::size_t number, std::uint64_t seed)
+  SoccerRobotSide(const SoccerRobot& given, Pitch& pitch, const Game* game, std::size_t number, std::uint64_t seed)
       : pitch_(pitch),
+        game_(game),
         number_(number),
         limbs_(kinematics::Limbs::of(pitch.body(number))),
         push_ns_(given.push_ns),
         battery_({}, seed) {
-    for (const kinematics::Place& place : pitch.body(number).places)
-      if (place.name.starts_with("camera")) cameras_.push_back(place);
+    for (const kinematics::Place& place : pitch.body(number).places) cameras_ += place.name.starts_with("camera");
     target_.fill(math::kNan);
     commanded_.fill(0);  // so that the first command goes out
     taken_.resize(pitch.body(number).joints());
@@ -50,7 +52,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
       for (std::size_t i = 0; i < kKidLimbJoints[limb]; ++i, ++channel)
         if (i < limbs_.joints[limb].size())
           target_[limbs_.joints[limb][i]] = channel < command.size() ? command[channel] : math::kNan;
-    if (std::memcmp(target_.data(), commanded_.data(), sizeof target_) != 0 || released_) {
+    if (!same_bits(target_, commanded_) || released_) {
       commanded_ = target_;
       released_ = false;
       pitch_.command(number_, std::span(target_).first(count()));
@@ -68,7 +70,12 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     const auto every = [&](int n) { return steps % n == 0; };
     due_.imu = every(kKidImuSteps), due_.soles = due_.joints = every(kKidJointSteps);
     due_.battery = every(kKidBatterySteps), due_.truth = every(kTruthSteps);
-    due_.cameras = every(kKidCameraSteps) ? (1u << std::min<std::size_t>(cameras_.size(), 2)) - 1 : 0;
+    due_.referee = game_ && every(kKidRefereeSteps);
+    if (due_.referee) {
+      due_.referee_sample = game_->said_to(number_);
+      due_.referee_sample.stamp = {steps * kStepNs};
+    }
+    due_.cameras = every(kKidCameraSteps) ? (1u << std::min<std::size_t>(cameras_, 2)) - 1 : 0;
     due_.imu_sample = {{s.imu_stamp_ns}, s.gyro_radps.to<msg::Vec3>(), s.accel_mps2.to<msg::Vec3>()};
     if (due_.soles) {
       due_.soles_sample.stamp = {s.cells_stamp_ns};
@@ -87,8 +94,10 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
       due_.battery_sample.stamp = {steps * kStepNs};
     }
   }
+  /// The referee has put it somewhere else.
+  void moved() { score_.moved(); }
   void nothing_due() {
-    due_.imu = due_.soles = due_.joints = due_.battery = due_.truth = false;
+    due_.imu = due_.soles = due_.joints = due_.battery = due_.referee = due_.truth = false;
     due_.cameras = 0;
   }
 
@@ -107,25 +116,15 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     t.landed = truth.foot_n[0] > 0 && truth.foot_n[1] > 0;
     return t;
   }
-  /// The ball, then the links of each robot, robot after robot.
-  Scene scene(std::size_t camera) const override {
-    Scene scene;
-    scene.body[scene.bodies++] = {pitch_.ball().p_m.to<msg::Vec3>(), {}};
-    for (std::size_t r = 0; r < pitch_.robots(); ++r)
-      for (std::size_t link = 0; link < pitch_.body(r).links.size() && scene.bodies < Scene::kMost; ++link)
-        scene.body[scene.bodies++] = to_world(pitch_.truth(r).link[link]);
-    if (camera >= cameras_.size()) return scene;
-    const kinematics::Place& place = cameras_[camera];
-    const kinematics::Pose pose = pitch_.truth(number_).link[place.link] * place.pose;
-    scene.camera.p_world_m = pose.p_m.to<msg::Vec3>();
-    scene.camera.q_world_optical = (pose.q * kQOptical).to<msg::Quat>();
-    return scene;
-  }
+  Scene scene(std::size_t camera) const override { return pitch_scene(pitch_, number_, camera); }
   bool still() const override {
     const BodyTruth& truth = pitch_.truth(number_);
     return !driven() && math::norm(truth.v_world_mps) < 0.02 && math::norm(truth.gyro_radps) < 0.1;
   }
-  std::uint32_t news() const override { return score_.falls() + (score_.has_begun() ? 1 : 0); }
+  std::uint32_t news() const override {
+    const auto decisions = static_cast<std::uint32_t>(game_ ? game_->decisions() : 0);
+    return score_.falls() + (score_.has_begun() ? 1 : 0) + decisions;
+  }
   void add_to(JsonObject& j) const override {
     const BodyTruth& truth = pitch_.truth(number_);
     score_.add_to(j);
@@ -140,8 +139,17 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     j.integer("physics_warnings", pitch_.trouble());
     j.boolean("at_rest", still());
     j.boolean("motors_stopped", !driven());
+    if (game_) game_->add_to(j);
   }
-  Verdict verdict() const override { return score_.verdict(pitch_.truth(number_)); }
+  Verdict verdict() const override {
+    Verdict verdict = score_.verdict(pitch_.truth(number_));
+    if (!game_) return verdict;
+    const msg::RefereeState said = game_->said_to(number_);
+    verdict.measures.push_back({"own_goals", "goals of its team", "", static_cast<double>(said.own_goals)});
+    verdict.measures.push_back({"other_goals", "goals against it", "", static_cast<double>(said.other_goals)});
+    verdict.measures.push_back({"penalties", "penalties", "", static_cast<double>(game_->penalties(number_))});
+    return verdict;
+  }
   std::string outcome() const override { return score_.text(pitch_.truth(number_)); }
   PlantJoints* joints() override { return this; }
 
@@ -205,10 +213,11 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
   }
 
   Pitch& pitch_;
+  const Game* const game_;  // null: nobody leads one
   const std::size_t number_;
   const kinematics::Limbs limbs_;
   const math::Vec3 push_ns_;
-  std::vector<kinematics::Place> cameras_;
+  std::size_t cameras_ = 0;
   std::array<double, kMostJoints> target_{}, commanded_{};
   std::vector<std::optional<JointDrive>> taken_;  // by drives at the wire
   bool released_ = false;
@@ -220,8 +229,17 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
 
 struct SoccerWorld::Impl {
   std::unique_ptr<Pitch> pitch;
+  std::optional<Game> game;
   std::vector<std::unique_ptr<SoccerRobotSide>> robots;
   std::int64_t steps = 0;
+  double roll_mps = 0, roll_rad = 0;  // of the ball, once, when it is set rolling
+  std::int64_t roll_at_ns = 0;
+
+  void roll_ball() {
+    if (roll_mps == 0 || pitch->now_ns() < roll_at_ns) return;
+    pitch->place_ball(pitch->ball().p_m, {roll_mps * math::cos(roll_rad), roll_mps * math::sin(roll_rad), 0});
+    roll_mps = 0;
+  }
 };
 
 SoccerWorld::SoccerWorld(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -235,6 +253,7 @@ WorldInfo SoccerWorld::info() {
 
 PitchOptions pitch_options_of(const WorldInfo& info, const WorldValues& values) {
   PitchOptions options;
+  options.kinematic = info.value(values, "kinematic").value() == 1;
   options.ground = GroundErrors::from(values);
   options.ball_at.x_m = info.value(values, "ball_x_m").value();
   options.ball_at.y_m = info.value(values, "ball_y_m").value();
@@ -252,6 +271,7 @@ std::vector<SoccerRobot> soccer_robots_of(const WorldChoice& choice) {
     if (const kinematics::Body* body = choice.body_of(i)) robot.body.body = *body;
     robot.body.gain_per_rad = value("servo_gain_per_rad");
     robot.body.errors = BodyErrors::from(values);
+    robot.body.team = static_cast<std::uint8_t>(value("team"));
     PitchPlace& start = robot.body.start;
     start.x_m = info.value(values, "start_x_m").value_or(i < 4 ? -1 : 1);
     start.y_m = info.value(values, "start_y_m").value_or(kBeside_m[i % 4]);
@@ -272,8 +292,18 @@ hal::Result<std::unique_ptr<SoccerWorld>> SoccerWorld::create(const WorldChoice&
   if (!pitch) return pitch.error();
   auto impl = std::make_unique<Impl>();
   impl->pitch = std::move(*pitch);
+  const auto value = [&](const char* key) { return choice.type->info.value(choice.values, key).value(); };
+  impl->roll_mps = value("ball_roll_mps");
+  impl->roll_rad = value("ball_roll_deg") * math::kPi / 180;
+  impl->roll_at_ns = static_cast<std::int64_t>(1e9 * value("ball_roll_at_s"));
+  if (value("referee") == 1) {
+    std::vector<std::uint8_t> teams;
+    for (const PitchBody& body : bodies) teams.push_back(body.team);
+    impl->game.emplace(Game::rules_of(choice.type->info, choice.values), teams);
+  }
   for (std::size_t i = 0; i < robots.size(); ++i)
-    impl->robots.push_back(std::make_unique<SoccerRobotSide>(robots[i], *impl->pitch, i, seed_of_robot(seed, i)));
+    impl->robots.push_back(std::make_unique<SoccerRobotSide>(
+        robots[i], *impl->pitch, impl->game ? &*impl->game : nullptr, i, seed_of_robot(seed, i)));
   return std::unique_ptr<SoccerWorld>(new SoccerWorld(std::move(impl)));
 }
 
@@ -286,7 +316,12 @@ void SoccerWorld::advance(std::span<const RobotCommand> commands) {
     return;
   }
   for (std::size_t i = 0; i < w.robots.size(); ++i) w.robots[i]->act(commands[i], w.pitch->now_ns());
+  w.roll_ball();
   w.pitch->step();
+  if (w.game) {
+    w.game->look(*w.pitch);
+    for (const std::size_t robot : w.game->moved()) w.robots[robot]->moved();
+  }
   for (const auto& robot : w.robots) robot->sample(w.steps);
 }
 
@@ -295,46 +330,10 @@ std::size_t SoccerWorld::robots() const { return impl_->robots.size(); }
 SimRobot& SoccerWorld::robot(std::size_t number) { return *impl_->robots[number]; }
 const Pitch& SoccerWorld::pitch() const { return *impl_->pitch; }
 
-namespace {
-
-class SoccerPainter final : public Painter {
- public:
-  SoccerPainter(std::uint32_t width, std::uint32_t height, const PitchOptions& options,
-                std::span<const PitchBody> bodies)
-      : picture_(width, height), view_(options, bodies) {
-    pitch_.robots.resize(bodies.size());
-    for (const PitchBody& body : bodies) links_.push_back(body.body.links.size());
-  }
-
-  std::span<const std::uint32_t> draw(const Scene& scene) override {
-    const auto from = [](const Pose& p) { return kinematics::Pose{math::Vec3(p.p_world_m), math::Quat(p.q_world)}; };
-    pitch_.ball = from(scene.body[0]);
-    std::size_t next = 1;
-    for (std::size_t r = 0; r < links_.size(); ++r)
-      for (std::size_t link = 0; link < links_[r] && next < scene.bodies; ++link)
-        pitch_.robots[r].link[link] = from(scene.body[next++]);
-    raster::Camera camera;
-    camera.pose = {math::Vec3(scene.camera.p_world_m), math::Quat(scene.camera.q_world_optical)};
-    camera.fx_px = camera.fy_px = scene.camera.focal_per_height * picture_.height();
-    camera.cx_px = 0.5 * picture_.width();
-    camera.cy_px = 0.5 * picture_.height();
-    view_.draw(picture_, pitch_, camera);
-    return picture_.pixels();
-  }
-
- private:
-  raster::Raster picture_;
-  PitchView view_;
-  PitchScene pitch_;
-  std::vector<std::size_t> links_;
-};
-
-}  // namespace
-
 std::unique_ptr<Painter> soccer_painter(std::uint32_t width, std::uint32_t height, const WorldChoice& choice) {
   std::vector<PitchBody> bodies;
   for (const SoccerRobot& robot : soccer_robots_of(choice)) bodies.push_back(robot.body);
-  return std::make_unique<SoccerPainter>(width, height, pitch_options_of(choice.type->info, choice.values), bodies);
+  return pitch_painter(width, height, pitch_options_of(choice.type->info, choice.values), bodies);
 }
 
 }  // namespace sinew::plant

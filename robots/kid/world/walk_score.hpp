@@ -14,6 +14,12 @@ class WalkScore {
   /// After each step of the pitch. `driven`: its servos have commands.
   void look(const BodyTruth& truth, bool driven, double now_s);
 
+  /// Somebody put it elsewhere, on its feet: that is neither a way nor a rise.
+  void moved() {
+    mark_s_ = -1;
+    down_ = false;
+  }
+
   std::uint32_t falls() const { return falls_; }
   bool has_begun() const { return begun_; }
   void add_to(JsonObject& report) const;

@@ -177,12 +177,13 @@ TEST(FlightAgain, EveryModuleOfTheDatasetRobotDoesTheSameFromEverySavedState) {
 
 TEST(StateOfModules, ATypeDeclaresItsStateOrIsKnownToHaveNone) {
   const std::set<std::string> stateless{
-      "control::TeamLocator",  "control::Mixer",       "vision::PadDetector",
+      "control::TeamLocator",   "control::Mixer",       "vision::PadDetector",
       "vision::BallDetector",  // look at each picture by itself
-      "drivers::GnssSource",   "drivers::JointSource", "drivers::MagSource",  "drivers::RcSource",
-      "drivers::ImuSource",    "drivers::RangeSource", "drivers::BaroSource", "drivers::BatterySource",
-      "drivers::CameraSource", "drivers::RadioSource", "drivers::TextSource", "drivers::SoleSource",
-      "app::GroundTruth",      "air_robot::TextPose",  "air_robot::Steer",    "app::StateLog",
+      "drivers::GnssSource",    "drivers::JointSource", "drivers::MagSource",  "drivers::RcSource",
+      "drivers::ImuSource",     "drivers::RangeSource", "drivers::BaroSource", "drivers::BatterySource",
+      "drivers::CameraSource",  "drivers::RadioSource", "drivers::TextSource", "drivers::SoleSource",
+      "drivers::RefereeSource", "app::GroundTruth",     "air_robot::TextPose", "air_robot::Steer",
+      "app::StateLog",
       "app::MotionLog",  // publish nothing: what they keep is for the
                          // report
   };

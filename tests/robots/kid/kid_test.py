@@ -11,11 +11,14 @@ import unittest
 
 SINEW, SOURCE = map(os.path.abspath, sys.argv[1:3])
 KID = f"{SOURCE}/robots/kid/kid.toml"
+NAO = f"{SOURCE}/robots/kid/kid_nao.toml"
+BLUE, RED = (f"{SOURCE}/robots/kid/{name}.toml" for name in ("kid_game", "kid_game_red"))
+SOON = ("--set", "sim.referee_ready_s=2", "--set", "sim.referee_set_s=1")  # the game begins at 3 s
 
 
-def run(folder, *arguments, record=False):
+def run(folder, *arguments, record=False, robot=KID):
     env = dict(os.environ, SINEW_RECORD="on" if record else "off", SINEW_RUN_DIR=folder, TMPDIR=folder)
-    done = subprocess.run([SINEW, "run", KID, "--virtual", "--json", "--runs", f"{folder}/runs", *arguments],
+    done = subprocess.run([SINEW, "run", robot, "--virtual", "--json", "--runs", f"{folder}/runs", *arguments],
                           capture_output=True, text=True, env=env, cwd=folder, timeout=300)
     if not done.stdout:
         raise AssertionError(done.stderr)
@@ -66,6 +69,22 @@ class Kid(unittest.TestCase):
                 self.assertLess(plant["longest_down_s"], 8)
                 self.assertGreater(plant["walked_m"], 0.3)
 
+    def test_walks_its_figure_without_dynamics(self):
+        code, summary = run(self.folder, "--set", "sim.kinematic=1")
+        self.assertEqual(code, 0, summary)
+        self.assertEqual(measures(summary)["falls"], 0)
+        self.assertGreater(measures(summary)["walked_m"], 5)
+        self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
+
+    def test_another_body_that_of_nao_walks_the_figure_too(self):
+        for seed in ("1", "2", "3"):
+            with self.subTest(seed=seed):
+                code, summary = run(self.folder, "--seed", seed, robot=NAO)
+                self.assertEqual(code, 0, summary)
+                self.assertEqual(measures(summary)["falls"], 0)
+                self.assertGreater(measures(summary)["walked_m"], 3)
+                self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
+
     def test_the_same_seed_gives_the_same_bytes_and_another_one_others(self):
         hashes = [run(self.folder, "--duration", "6", "--seed", seed)[1]["hashes"] for seed in ("5", "5", "6")]
         self.assertEqual(hashes[0], hashes[1])
@@ -87,6 +106,53 @@ class Kid(unittest.TestCase):
                 self.assertEqual((plant["falls"], plant["got_down"], plant["motors_stopped"]), (0, 1, True), plant)
                 self.assertEqual(plant["verdict"]["outcome"], "got down gently")
 
+
+class Game(unittest.TestCase):
+    replay = Kid.replay
+
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory(prefix="sinew_kid_")
+        self.addCleanup(folder.cleanup)
+        self.folder = folder.name
+
+    def test_it_walks_only_while_the_game_is_on(self):
+        _, before = run(self.folder, *SOON, "--duration", "4", robot=BLUE)
+        self.assertLess(before["report"]["walked_m"], 0.1, "it stands for 2 s of the game, too")
+        _, summary = run(self.folder, *SOON, "--duration", "10", robot=BLUE, record=True)
+        self.replay()
+        self.assertTrue(summary["report"]["verdict"]["good"], summary)
+        self.assertIn("referee.raw", summary["hashes"])
+        plant = summary["report"]
+        self.assertGreater(plant["walked_m"], 0.5)
+        self.assertEqual(plant["game"]["state"], "playing")
+        self.assertEqual(plant["game"]["log"][:4],
+                         ["0.0 s: ready", "2.0 s: set", "3.0 s: playing", "3.0 s: kick-off for team 0"])
+        _, deaf = run(self.folder, *SOON, "--duration", "10", "--fault", "referee:off@0", robot=BLUE)
+        self.assertLess(deaf["report"]["walked_m"], 0.1, "it heard nothing")
+
+    def test_a_robot_that_lies_too_long_is_taken_out_and_walks_when_it_is_back(self):
+        _, summary = run(self.folder, *SOON, "--set", "sim.start_lie=1", "--set", "sim.referee_fallen_s=1", "--set",
+                         "sim.referee_penalty_s=4", "--duration", "16", robot=BLUE)
+        plant = summary["report"]
+        log = " | ".join(plant["game"]["log"])
+        self.assertRegex(log, r"robot 0: incapable.*robot 0 comes back")
+        self.assertEqual(measures(summary)["penalties"], 1)
+        self.assertGreater(plant["walked_m"], 0.3)
+        self.assertTrue(plant["on_its_feet"], plant)
+
+    def test_two_robots_of_two_teams_hear_of_a_goal(self):
+        env = dict(os.environ, SINEW_RECORD="off", SINEW_RUN_DIR=self.folder, TMPDIR=self.folder)
+        done = subprocess.run([SINEW, "team", BLUE, RED, "--virtual", "--json", "--duration", "13", *SOON,
+                               "--set", "sim.ball_roll_mps=4", "--set", "sim.ball_roll_at_s=4"],
+                              capture_output=True, text=True, env=env, cwd=self.folder, timeout=200)
+        self.assertIn(done.returncode, (0, 1), done.stdout + done.stderr)
+        said = json.loads(done.stdout)
+        for name, own, other in (("kid_blue", 1, 0), ("kid_red", 0, 1)):
+            plant = said["plant"]["robots"][name]
+            self.assertTrue(plant["verdict"]["good"], plant)
+            figures = {m["key"]: m["value"] for m in plant["verdict"]["measures"]}
+            self.assertEqual((figures["own_goals"], figures["other_goals"]), (own, other), plant)
+            self.assertIn("referee.raw", said["robots"][name]["summary"]["hashes"])
 
 
 if __name__ == "__main__":

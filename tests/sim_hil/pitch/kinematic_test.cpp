@@ -69,6 +69,29 @@ TEST(KinematicPitch, AFootThatStandsStaysWhereItIsAndTheBodyMovesOverIt) {
   EXPECT_NEAR(t.foot_n[0] + t.foot_n[1], 9.81 * kid.body.mass_kg(), 1e-6);
 }
 
+TEST(KinematicPitch, TheImuOfARobotThatStandsFeelsNoBlowsWhenItsFeetComeDownAskew) {
+  PitchBody kid = crouching();
+  kid.errors = BodyErrors::none();
+  const auto pitch = pitch_with(kinematic(), {kid});
+  const std::size_t ankle = *kid.body.find_link("l_ankle_roll") - 1;
+  double most_gyro = 0, most_tilt = 0, most_accel = 0;
+  for (int k = 0; k < 6; ++k) {
+    std::vector<double> pose = k % 2 == 0 ? step_pose(kid.body, 0, 0.02, 0, 0) : step_pose(kid.body, 0, 0, 0, 0.02);
+    if (k % 2 == 0) pose[ankle] += 0.2;
+    pitch->command(0, pose);
+    for (int i = 0; i < 100; ++i) {
+      pitch->step();
+      const BodySensors& s = pitch->sensors(0);
+      most_gyro = std::max(most_gyro, math::hypot(s.gyro_radps.x, s.gyro_radps.y));
+      most_accel = std::max(most_accel, std::abs(norm(s.accel_mps2) - 9.81));
+      most_tilt = std::max(most_tilt, pitch->truth(0).tilt_rad);
+    }
+  }
+  EXPECT_GT(most_tilt, 0.05) << "the torso leans with the foot";
+  EXPECT_LT(most_gyro, 0.01);
+  EXPECT_LT(most_accel, 0.01);
+}
+
 TEST(KinematicPitch, JointsAreNoFasterThanTheirServosAndDelayedAsThem) {
   PitchBody kid = crouching();
   kid.errors = BodyErrors::none();
@@ -99,6 +122,7 @@ TEST(KinematicPitch, TheBallRollsIsKickedBouncesAndStaysInTheNet) {
   EXPECT_GT(pitch->ball().v_mps.x, 0.3);
   EXPECT_EQ(pitch->ball().touched_by, 0);
   pitch->place_ball({4, 0.3, 0}, {3, 0, 0});
+  EXPECT_EQ(pitch->ball().touched_by, -1) << "nobody has touched it there";
   run(*pitch, 4);
   EXPECT_GT(pitch->ball().p_m.x, 4.5);
   EXPECT_LT(pitch->ball().p_m.x, 5.1);

@@ -69,7 +69,8 @@ TEST(FaultText, WhatIsWrongIsNamedWithWhatIsAllowed) {
             "fault 'imu:stuck': DEVICE:KIND[(AMOUNT)]@FROM[+LENGTH|..UNTIL], for example imu:stuck@5+0.5");
   EXPECT_EQ(refusal("gps:off@1"),
             "fault 'gps:off@1': device 'gps': one of imu, range, baro, battery, camera, joints, soles, motors, head, "
-            "left_arm, right_arm, left_leg, right_leg, radio, link");
+            "left_arm, right_arm, left_leg, right_leg, "
+            "gripper, radio, referee, link");
   EXPECT_EQ(refusal("imu:bent@1"),
             "fault 'imu:bent@1': kind 'bent': one of off, stuck, garbage, wrong, slow, delayed, intermittent, "
             "duplicated, closed");
