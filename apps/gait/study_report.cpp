@@ -135,6 +135,19 @@ std::string kick_table(const std::vector<Json>& cases) {
   return sweep::table_text(rows, "<>>>>>>");
 }
 
+std::string stop_table(const std::vector<Json>& cases) {
+  Rows rows{{"foot", "falls", "touched", "median m/s then", "stopped", "median m/s at the end", "median m away"}};
+  const Groups groups(cases);
+  for (const std::string& name : groups.order) {
+    const std::vector<Json>& all = groups.of.at(name);
+    rows.push_back({name, of(count(all, "fell"), all.size()), of(count(all, "touched"), all.size()),
+                    fmt::format("{:.2f}", spread(all, "touch_mps").at(0.5)), of(count(all, "stopped"), all.size()),
+                    fmt::format("{:.2f}", spread(all, "speed_mps").at(0.5)),
+                    fmt::format("{:.2f}", spread(all, "away_m").at(0.5))});
+  }
+  return sweep::table_text(rows, "<>>>>>>");
+}
+
 }  // namespace
 
 std::string study_table(const StudyOptions& o, const std::vector<Json>& cases) {
@@ -149,6 +162,8 @@ std::string study_table(const StudyOptions& o, const std::vector<Json>& cases) {
       return fall_table(cases);
     case Kind::kick:
       return kick_table(cases);
+    case Kind::stop:
+      return stop_table(cases);
   }
   return {};
 }

@@ -3,6 +3,7 @@
 #include "apps/gait/kick_trial.hpp"
 #include "apps/gait/push_trial.hpp"
 #include "apps/gait/rise_trial.hpp"
+#include "apps/gait/stop_trial.hpp"
 #include "apps/gait/walk_trial.hpp"
 #include "op3.hpp"
 
@@ -50,6 +51,24 @@ TEST(MotionsOnThePitch, ItRisesFromItsFront) {
   const auto r = run_rise(op3_setup(), "rise_front", 900'031, why);
   ASSERT_TRUE(r) << why;
   EXPECT_TRUE(r->stood);
+}
+
+TEST(MotionsOnThePitch, ABallThatRollsAtItOrBesideItIsStopped) {
+  const GaitSetup setup = op3_setup();
+  for (std::uint64_t i = 0; i < 4; ++i) {
+    StopTrial trial{.seed = 900'041 + i, .foot = motion::kSides[i % 2], .speed_mps = 0.8};
+    if (i >= 2) trial.aside_m = 0.15;
+    std::string why;
+    const auto r = run_stop(setup, trial, why);
+    ASSERT_TRUE(r) << why;
+    EXPECT_FALSE(r->fell) << trial.seed;
+    EXPECT_NEAR(r->touch_mps, 0.8, 0.1);
+    EXPECT_TRUE(r->stopped()) << trial.seed << ": " << r->speed_mps << " m/s, " << r->away_m << " m away";
+    trial.stops = false;
+    const auto stands = run_stop(setup, trial, why);
+    ASSERT_TRUE(stands) << why;
+    EXPECT_EQ(stands->stopped(), trial.aside_m == 0) << "feet that only stand are too near to each other";
+  }
 }
 
 }  // namespace
