@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstring>
 
+#include "robots/kid/world/ball_score.hpp"
 #include "robots/kid/world/walk_score.hpp"
 #include "sim_hil/pitch/view.hpp"
 #include "sim_hil/worlds/json_object.hpp"
@@ -77,7 +78,11 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     if (due_.joints)
       for (std::size_t limb = 0; limb < kinematics::kLimbs; ++limb) sample_limb(s, limb);
     const BodyTruth& truth = pitch_.truth(number_);
-    score_.look(truth, driven(), 1e-9 * static_cast<double>(steps * kStepNs));
+    const double now_s = 1e-9 * static_cast<double>(steps * kStepNs);
+    score_.look(truth, driven(), now_s);
+    const kinematics::Pose camera = cameras_.empty() ? truth.torso : truth.link[cameras_[0].link] * cameras_[0].pose;
+    const bool touched = pitch_.ball().touched_by == static_cast<int>(number_);
+    ball_score_.look(pitch_.ball(), touched, camera, driven() && !truth.body_down, now_s);
     current_a_ = kIdle_a;
     for (std::size_t i = 0; i < s.joints; ++i) current_a_ += kAmpere_per_nm * math::fabs(s.joint[i].effort_nm);
     used_as_ += current_a_ * 1e-9 * static_cast<double>(kPitchStepNs);
@@ -136,13 +141,18 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     j.boolean("on_its_feet", !truth.body_down);
     j.number("ball_x_m", pitch_.ball().p_m.x);
     j.number("ball_y_m", pitch_.ball().p_m.y);
+    ball_score_.add_to(j);
     j.number("command_delay_ms", 1e-6 * static_cast<double>(pitch_.command_delay_ns(number_)));
     j.integer("physics_warnings", pitch_.trouble());
     j.boolean("at_rest", still());
     j.boolean("motors_stopped", !driven());
   }
-  Verdict verdict() const override { return score_.verdict(pitch_.truth(number_)); }
-  std::string outcome() const override { return score_.text(pitch_.truth(number_)); }
+  Verdict verdict() const override {
+    Verdict v = score_.verdict(pitch_.truth(number_), ball_score_.touched());
+    if (ball_score_.touched()) v.measures.push_back({"ball_left_mps", "ball left with", "m/s", ball_score_.left_mps()});
+    return v;
+  }
+  std::string outcome() const override { return score_.text(pitch_.truth(number_), ball_score_.touched()); }
   PlantJoints* joints() override { return this; }
 
   // ---- PlantJoints
@@ -215,6 +225,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
   BatteryModel battery_;
   double current_a_ = 0, used_as_ = 0, voltage_v_ = kBattery_v;
   WalkScore score_;
+  BallScore ball_score_;
   Due due_;
 };
 
@@ -222,6 +233,8 @@ struct SoccerWorld::Impl {
   std::unique_ptr<Pitch> pitch;
   std::vector<std::unique_ptr<SoccerRobotSide>> robots;
   std::int64_t steps = 0;
+  math::Vec3 ball_at_m, ball_mps;  // of the ball that rolls from the step `ball_rolls` of the pitch on
+  std::int64_t ball_rolls = -1;
 };
 
 SoccerWorld::SoccerWorld(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -272,6 +285,13 @@ hal::Result<std::unique_ptr<SoccerWorld>> SoccerWorld::create(const WorldChoice&
   if (!pitch) return pitch.error();
   auto impl = std::make_unique<Impl>();
   impl->pitch = std::move(*pitch);
+  const auto value = [&](const char* key) { return choice.type->info.value(choice.values, key).value(); };
+  if (const double speed_mps = value("ball_mps"); speed_mps > 0) {
+    const double to_rad = value("ball_heading_deg") * math::kPi / 180;
+    impl->ball_at_m = {value("ball_x_m"), value("ball_y_m"), 0};
+    impl->ball_mps = {speed_mps * math::cos(to_rad), speed_mps * math::sin(to_rad), 0};
+    impl->ball_rolls = static_cast<std::int64_t>(value("ball_rolls_s") * 1e9) / kPitchStepNs;
+  }
   for (std::size_t i = 0; i < robots.size(); ++i)
     impl->robots.push_back(std::make_unique<SoccerRobotSide>(robots[i], *impl->pitch, i, seed_of_robot(seed, i)));
   return std::unique_ptr<SoccerWorld>(new SoccerWorld(std::move(impl)));
@@ -286,6 +306,7 @@ void SoccerWorld::advance(std::span<const RobotCommand> commands) {
     return;
   }
   for (std::size_t i = 0; i < w.robots.size(); ++i) w.robots[i]->act(commands[i], w.pitch->now_ns());
+  if (w.pitch->now_ns() == w.ball_rolls * kPitchStepNs) w.pitch->place_ball(w.ball_at_m, w.ball_mps);
   w.pitch->step();
   for (const auto& robot : w.robots) robot->sample(w.steps);
 }
