@@ -17,6 +17,7 @@ void StanceSense::step(const Sensed& sensed, const math::Quat& q_level_torso, do
     const Planar to_sole = soles[i].inverse();
     const Vec2 planar = to_sole.of({com.x, com.y});
     stance_.com_m[i] = {planar.x, planar.y, com.z - sole.p_m.z};
+    stance_.height_m[i] = torso.z - sole.p_m.z;
     stance_.torso[i] = to_sole * Planar{{torso.x, torso.y}, torso_yaw_rad};
 
     const SoleForces& n = sensed.soles_n[i];

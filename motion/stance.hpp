@@ -7,11 +7,12 @@ namespace sinew::motion {
 
 /// From measured joints, attitude and soles. Frames of soles: origin in the middle of the sole, x to its toes, level.
 struct Stance {
-  std::array<math::Vec3, 2> com_m;  // the centre of mass in each sole's frame
-  std::array<Planar, 2> torso;      // the torso's origin in each sole's frame
-  Planar right_to_left;             // the left sole's frame in the right one's
-  std::array<double, 2> load{};     // share of the body's weight on each sole
-  std::array<Vec2, 2> cop_m;        // where the ground pushes each sole, in its frame; its middle without load
+  std::array<math::Vec3, 2> com_m;   // the centre of mass in each sole's frame
+  std::array<Planar, 2> torso;       // the torso's origin in each sole's frame
+  std::array<double, 2> height_m{};  // of the torso's origin over each sole
+  Planar right_to_left;              // the left sole's frame in the right one's
+  std::array<double, 2> load{};      // share of the body's weight on each sole
+  std::array<Vec2, 2> cop_m;         // where the ground pushes each sole, in its frame; its middle without load
 
   /// The frame of the other sole in this one's.
   Planar to_other(Side side) const { return side == Side::right ? right_to_left : right_to_left.inverse(); }

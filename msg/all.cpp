@@ -10,6 +10,7 @@
 #include "msg/can.hpp"
 #include "msg/flight.hpp"
 #include "msg/gait.hpp"
+#include "msg/gaze.hpp"
 #include "msg/ground_motion.hpp"
 #include "msg/head.hpp"
 #include "msg/image.hpp"
@@ -39,12 +40,12 @@ struct Types {
 };
 
 // In order of name.
-using Known =
-    Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallSighting, BaroSample, BatterySample, CameraModel,
-          CanFrame, Datagram, FlightSetpoint, GaitState, GnssSample, GroundMotion, GuardianState, HeadState, Image,
-          ImuSample, JointState, JointTrajectory, MagSample, MateState, MissionState, MotionField, NavState,
-          OperatorLink, PadSighting, PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors, RangeSample, RcSample,
-          SafetyState, SolePressure, TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
+using Known = Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallSighting, BaroSample, BatterySample,
+                    CameraModel, CanFrame, Datagram, FlightSetpoint, GaitState, GazeCommand, GazeState, GnssSample,
+                    GroundMotion, GuardianState, HeadState, Image, ImuSample, JointState, JointTrajectory, MagSample,
+                    MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting, PilotSwitches,
+                    PlaceEstimate, PolicyState, PolicyVectors, RangeSample, RcSample, SafetyState, SolePressure,
+                    TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
 
 /// The FromMate of a known type, put together from its description: a static one for each would cost every robot more
 /// memory than its messages, and only programs that look at robots ask.

@@ -25,6 +25,7 @@ struct GaitState {
   Quat q_world_torso;       // z up; x as the torso's when the module began
   Vec3 gyro_radps;          // without bias, torso axes
   double x_m = 0, y_m = 0;  // odometry of the torso, in the frame of its begin
+  double height_m = 0;      // of the torso's origin over the ground, by the legs
   double heading_rad = 0;
   double forward_mps = 0, left_mps = 0, turn_radps = 0;  // of the present step
   double error_x_m = 0, error_y_m = 0;  // of the divergent component of motion against the plan: what pushes do
@@ -42,6 +43,7 @@ struct Description<GaitState> {
                field<&GaitState::q_world_torso>("1", "z up; x as the torso's at the begin"),
                field<&GaitState::gyro_radps>("rad/s", "without bias, torso axes"),
                field<&GaitState::x_m>("m", "odometry, in the frame of its begin"), field<&GaitState::y_m>("m"),
+               field<&GaitState::height_m>("m", "of the torso over the ground, by the legs"),
                field<&GaitState::heading_rad>("rad"), field<&GaitState::forward_mps>("m/s", "of the present step"),
                field<&GaitState::left_mps>("m/s"), field<&GaitState::turn_radps>("rad/s"),
                field<&GaitState::error_x_m>("m", "of the divergent component of motion against the plan"),

@@ -188,6 +188,7 @@ int main(int argc, char** argv) {
       command.add_option("--seconds", o.study.lasts_s, "of each walk")
           ->check(app::number(1, 3600))
           ->capture_default_str();
+      command.add_flag("--looks", o.study.looks, "the head looks to both sides of the way, in place of resting");
       command.add_option("--courses", o.courses, "these only, in turn")
           ->delimiter(',')
           ->check(app::one_of(course_names()));

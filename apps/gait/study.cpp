@@ -25,7 +25,8 @@ constexpr double kBallAside_m = 0.14;  // of a ball that feet of a standing robo
 
 Json walk_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, std::string& why) {
   const Course course = o.courses[n % o.courses.size()];
-  const auto r = run_walk(setup, {.course = course, .seed = o.first_seed + n, .lasts_s = o.lasts_s}, why);
+  const auto r =
+      run_walk(setup, {.course = course, .seed = o.first_seed + n, .lasts_s = o.lasts_s, .looks = o.looks}, why);
   if (!r) return {};
   return {{"kind", "walk"},
           {"group", to_string(course)},
@@ -38,6 +39,8 @@ Json walk_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, s
           {"odometry_m", r->odometry_m},
           {"path_m", r->path_m},
           {"second_error_m", r->step_error_m},
+          {"off_axis_rad", r->off_axis_rad},
+          {"most_off_axis_rad", r->most_off_axis_rad},
           {"false_alarm", r->false_alarm}};
 }
 
@@ -159,6 +162,7 @@ Json identity(const StudyOptions& o) {
   Json out{{"study", "gait " + to_string(o.kind)}, {"runs", o.runs}};
   if (o.kind == Kind::walk) {
     out["lasts_s"] = o.lasts_s;
+    if (o.looks) out["looks"] = true;
     out["first_seed"] = o.first_seed;
     for (const Course course : o.courses) out["courses"].push_back(to_string(course));
   }

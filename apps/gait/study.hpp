@@ -25,6 +25,7 @@ struct StudyOptions {
   std::uint64_t first_seed = kUnseenSeeds;                        // of walks and stops
   std::vector<double> push_mps{0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6};
   double fall_mps = 1.2;  // of the push that makes it fall
+  bool looks = false;     // walks: the head looks to both sides, in place of resting
   double ball_mps = 0.8;  // of the ball that is stopped
 };
 

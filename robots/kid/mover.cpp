@@ -47,7 +47,7 @@ void Mover::declare(rt::Declaration& d) {
   for (std::size_t i = 0; i < kLimbs; ++i)
     d.out(to_string(kinematics::Limb(i)), limb_[i], {.channels = plant::kKidLimbJoints[i]});
   d.out("gait", gait_);
-  d.state(rad_, targets_, kept_, since_, mode_, falls_, plays_);
+  d.state(rad_, targets_, kept_, since_, mode_, falls_, plays_, height_m_);
   declare_params<motion::WalkParams>(d, "", motion::kWalkParams, walk_params_);
   declare_params<motion::FallParams>(d, "fall_", motion::kFallParams, fall_params_);
 }
@@ -92,6 +92,7 @@ void Mover::reset() {
   mode_ = GaitMode::limp;
   falls_ = 0;
   plays_ = PoseMotion::rise_front;
+  height_m_ = 0;
 }
 
 void Mover::enter(GaitMode mode, rt::Time now) noexcept {
@@ -240,6 +241,7 @@ rt::StepStatus Mover::step(const rt::Step& step) noexcept {
     move(step);
   else
     get_down(step);
+  if (balances) height_m_ = std::max(walk_->stance().height_m[0], walk_->stance().height_m[1]);
   write_motions(kept_);
   publish();
   return rt::StepStatus::ok;
@@ -262,6 +264,7 @@ void Mover::publish() noexcept {
   gait.gyro_radps = walk_->tilt.rate_radps().to<msg::Vec3>();
   gait.x_m = walk_->odometry().at_m.x;
   gait.y_m = walk_->odometry().at_m.y;
+  gait.height_m = height_m_;
   gait.heading_rad = walk_->odometry().yaw_rad;
   gait.forward_mps = walk_->speed().forward_mps;
   gait.left_mps = walk_->speed().left_mps;

@@ -89,6 +89,7 @@ class Mover final : public rt::Module {
   msg::GaitMode mode_ = msg::GaitMode::limp;
   std::uint32_t falls_ = 0;
   PoseMotion plays_ = PoseMotion::rise_front;  // or played last
+  double height_m_ = 0;
 };
 
 }  // namespace sinew::kid

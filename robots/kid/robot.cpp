@@ -1,5 +1,6 @@
 #include "robots/kid/devices.hpp"
 #include "robots/kid/figure_walk.hpp"
+#include "robots/kid/gaze.hpp"
 #include "robots/kid/mover.hpp"
 #include "robots/robot_kind.hpp"
 
@@ -8,12 +9,15 @@ namespace {
 
 void add_kid_modules(rt::ModuleTypes& types) {
   types.add<kid::Mover>("kid::Mover");
+  types.add<kid::Gaze>("kid::Gaze");
   types.add<kid::FigureWalk>("kid::FigureWalk");
 }
 
 constexpr BodyModule kKidModules[] = {
     {"kid::Mover",
      [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::Mover>(body); }},
+    {"kid::Gaze",
+     [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::Gaze>(body); }},
 };
 
 constexpr PhaseWords kKidPhases[] = {

@@ -153,9 +153,10 @@ TEST(Gaze, ThePointIsInTheMiddleOfTheViewWhereverTheTorsoLeans) {
     }
     ASSERT_FALSE(gaze.limited());
     pose.set(joints, torso);
-    const kinematics::Pose& head = pose.link(op3.figure->head_tilt() + 1);
-    const Vec3 ahead = head.q.rotate({1, 0, 0}), to = normalized(point - head.p_m);
+    const kinematics::Pose camera = pose.place(*op3.body.find_place("camera"));
+    const Vec3 ahead = camera.q.rotate({1, 0, 0}), to = normalized(point - camera.p_m);
     EXPECT_GT(dot(ahead, to), 0.9999) << trial;
+    EXPECT_LT(gaze.error_rad(), 0.02) << trial;
   }
 }
 
