@@ -15,6 +15,7 @@
 #include "msg/head.hpp"
 #include "msg/image.hpp"
 #include "msg/joints.hpp"
+#include "msg/kick.hpp"
 #include "msg/motion.hpp"
 #include "msg/operator.hpp"
 #include "msg/pilot.hpp"
@@ -42,8 +43,8 @@ struct Types {
 // In order of name.
 using Known = Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallSighting, BaroSample, BatterySample,
                     CameraModel, CanFrame, Datagram, FlightSetpoint, GaitState, GazeCommand, GazeState, GnssSample,
-                    GroundMotion, GuardianState, HeadState, Image, ImuSample, JointState, JointTrajectory, MagSample,
-                    MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting, PilotSwitches,
+                    GroundMotion, GuardianState, HeadState, Image, ImuSample, JointState, JointTrajectory, KickRequest,
+                    MagSample, MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting, PilotSwitches,
                     PlaceEstimate, PolicyState, PolicyVectors, RangeSample, RcSample, SafetyState, SolePressure,
                     TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
 

@@ -1,6 +1,6 @@
 #pragma once
 // How a robot with legs moves.
-#include "msg/geometry.hpp"
+#include "msg/kick.hpp"
 
 namespace sinew::msg {
 
@@ -12,11 +12,14 @@ enum class GaitMode : std::uint32_t {
   lie = 4,   // at rest on the ground
   rise = 5,
   down = 6,  // getting down by itself, and then at rest there without torque
+  kick = 7,  // the foot is on its way to the ball, or back
+  stop = 8,  // it stops a ball
 };
 
 inline constexpr ValueName kGaitModeNames[] = {
-    {"limp", GaitMode::limp}, {"stand", GaitMode::stand}, {"walk", GaitMode::walk}, {"fall", GaitMode::fall},
-    {"lie", GaitMode::lie},   {"rise", GaitMode::rise},   {"down", GaitMode::down}};
+    {"limp", GaitMode::limp}, {"stand", GaitMode::stand}, {"walk", GaitMode::walk},
+    {"fall", GaitMode::fall}, {"lie", GaitMode::lie},     {"rise", GaitMode::rise},
+    {"down", GaitMode::down}, {"kick", GaitMode::kick},   {"stop", GaitMode::stop}};
 
 /// What a walking body does, and where it believes it has come.
 struct GaitState {
@@ -33,6 +36,10 @@ struct GaitState {
   std::uint32_t support = 0;  // 0: the left foot, 1: the right foot
   std::uint32_t steps = 0;
   std::uint32_t falls = 0;
+  std::uint32_t request = 0;  // id of the KickRequest that was taken last, and how far it is
+  RequestProgress progress = RequestProgress::none;
+  std::uint32_t refused = 0;  // id of the KickRequest that was refused last, and why
+  RequestRefusal refusal = RequestRefusal::none;
 };
 
 template <>
@@ -49,7 +56,10 @@ struct Description<GaitState> {
                field<&GaitState::error_x_m>("m", "of the divergent component of motion against the plan"),
                field<&GaitState::error_y_m>("m"), enum_field<&GaitState::mode>(kGaitModeNames),
                field<&GaitState::support>("1", "0: the left foot, 1: the right one"), field<&GaitState::steps>("1"),
-               field<&GaitState::falls>("1"));
+               field<&GaitState::falls>("1"), field<&GaitState::request>("1", "id of the KickRequest taken last"),
+               enum_field<&GaitState::progress>(kRequestProgressNames, "of this request"),
+               field<&GaitState::refused>("1", "id of the KickRequest refused last"),
+               enum_field<&GaitState::refusal>(kRequestRefusalNames, "why it was refused"));
 };
 
 }  // namespace sinew::msg

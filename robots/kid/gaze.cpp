@@ -15,7 +15,10 @@ namespace {
 
 constexpr double kMostHeadJoint_rad = 7, kMostTo_m = 1000;
 
-bool on_feet(msg::GaitMode mode) { return mode == msg::GaitMode::stand || mode == msg::GaitMode::walk; }
+bool on_feet(msg::GaitMode mode) {
+  return mode == msg::GaitMode::stand || mode == msg::GaitMode::walk || mode == msg::GaitMode::kick ||
+         mode == msg::GaitMode::stop;
+}
 
 }  // namespace
 

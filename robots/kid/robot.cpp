@@ -1,6 +1,7 @@
 #include "robots/kid/devices.hpp"
 #include "robots/kid/figure_walk.hpp"
 #include "robots/kid/gaze.hpp"
+#include "robots/kid/kick_plan.hpp"
 #include "robots/kid/mover.hpp"
 #include "robots/robot_kind.hpp"
 
@@ -11,6 +12,7 @@ void add_kid_modules(rt::ModuleTypes& types) {
   types.add<kid::Mover>("kid::Mover");
   types.add<kid::Gaze>("kid::Gaze");
   types.add<kid::FigureWalk>("kid::FigureWalk");
+  types.add<kid::KickPlan>("kid::KickPlan");
 }
 
 constexpr BodyModule kKidModules[] = {
@@ -24,6 +26,9 @@ constexpr PhaseWords kKidPhases[] = {
     {"kid::FigureWalk", msg::MissionPhase::wait, "standing"},
     {"kid::FigureWalk", msg::MissionPhase::approach, "walking the figure"},
     {"kid::FigureWalk", msg::MissionPhase::hold, "coming to a stand"},
+    {"kid::KickPlan", msg::MissionPhase::wait, "getting on its feet"},
+    {"kid::KickPlan", msg::MissionPhase::approach, "waiting until it is time"},
+    {"kid::KickPlan", msg::MissionPhase::hold, "kicking or stopping the ball"},
 };
 
 }  // namespace

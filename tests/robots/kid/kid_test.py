@@ -3,6 +3,7 @@
 usage: kid_test.py SINEW SOURCE [unittest arguments]
 """
 import json
+import math
 import os
 import subprocess
 import sys
@@ -11,11 +12,12 @@ import unittest
 
 SINEW, SOURCE = map(os.path.abspath, sys.argv[1:3])
 KID = f"{SOURCE}/robots/kid/kid.toml"
+KICK = f"{SOURCE}/robots/kid/kick.toml"
 
 
-def run(folder, *arguments, record=False):
+def run(folder, *arguments, record=False, robot=KID):
     env = dict(os.environ, SINEW_RECORD="on" if record else "off", SINEW_RUN_DIR=folder, TMPDIR=folder)
-    done = subprocess.run([SINEW, "run", KID, "--virtual", "--json", "--runs", f"{folder}/runs", *arguments],
+    done = subprocess.run([SINEW, "run", robot, "--virtual", "--json", "--runs", f"{folder}/runs", *arguments],
                           capture_output=True, text=True, env=env, cwd=folder, timeout=300)
     if not done.stdout:
         raise AssertionError(done.stderr)
@@ -91,6 +93,30 @@ class Kid(unittest.TestCase):
                 self.assertLess(plant["ball_off_axis_most_deg"], 20, plant)
         _, without = run(self.folder, "--duration", "22", "--set", "figure.looks_at_ball=false")
         self.assertGreater(without["report"]["ball_off_axis_deg"], 45, "straight ahead the ball is not in view")
+
+    def test_kicks_a_ball_before_its_foot_and_stays_on_its_feet(self):
+        code, summary = run(self.folder, robot=KICK, record=True)
+        plant = summary["report"]
+        self.assertEqual(code, 0, summary)
+        self.assertEqual((plant["falls"], plant["ball_touched"], plant["on_its_feet"]), (0, True, True), plant)
+        self.assertLess(plant["ball_came_mps"], 0.01, "it lay")
+        self.assertGreater(plant["ball_left_mps"], 0.8, plant)
+        self.assertGreater(plant["ball_x_m"], -0.3, "forward")
+        self.replay()
+        self.replay("--from", "4")
+
+    def test_stops_a_ball_that_would_roll_off_beside_its_feet(self):
+        for seed, stops in (("1", True), ("2", True), ("1", False), ("2", False)):
+            with self.subTest(seed=seed, stops=stops):
+                _, summary = run(self.folder, "--set", "plan.motion=2", "--set", "sim.ball_mps=1.05", "--set",
+                                 "sim.ball_x_m=0", "--set", "sim.ball_y_m=0.13", "--set", f"plan.at_s={3 if stops else 60}",
+                                 "--seed", seed, "--duration", "11", robot=KICK)
+                plant = summary["report"]
+                self.assertEqual((plant["falls"], plant["on_its_feet"], plant["ball_touched"]), (0, True, True), plant)
+                self.assertAlmostEqual(plant["ball_came_mps"], 0.7, delta=0.1)
+                self.assertLess(plant["ball_mps"], 0.1)
+                away_m = math.hypot(plant["ball_x_m"] - plant["x_m"], plant["ball_y_m"] - plant["y_m"])
+                self.assertEqual(away_m < 0.3, stops, plant)
 
 
 if __name__ == "__main__":
