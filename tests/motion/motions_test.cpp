@@ -280,6 +280,21 @@ TEST(ServoLead, HoldsTheWeightThatSoftServosYieldTo) {
   EXPECT_EQ(rad[op3.figure->find_joint("r_knee")], wanted[op3.figure->find_joint("r_knee")]);
 }
 
+TEST(MotionBook, GoesThroughTheTextOfItsFileUnchanged) {
+  const Op3 op3;
+  MotionBook book = op3.book;
+  book.stop.aside_m = 0.0625;
+  book.kick.strike_m = 0.125;
+  book.gaze.lag_s = 0.0375;
+  const auto read = app::parse_motions(app::motions_text(book, op3.body, "# of a test\n"), "a_motion.toml", op3.body);
+  EXPECT_TRUE(read.problems.empty());
+  EXPECT_EQ(read.book.stop.aside_m, 0.0625);
+  EXPECT_EQ(read.book.stop.hold_s, book.stop.hold_s);
+  EXPECT_EQ(read.book.kick.strike_m, 0.125);
+  EXPECT_EQ(read.book.gaze.lag_s, 0.0375);
+  EXPECT_EQ(read.book.poses.size(), book.poses.size());
+}
+
 TEST(Figure, ABodyWithoutSolesIsRefusedByName) {
   const Op3 op3;
   kinematics::Body body = op3.body;
