@@ -17,18 +17,23 @@ inline constexpr Param<GazeParams> kGazeParams[] = {
     {"speed_radps", &GazeParams::speed_radps, "rad/s", 0.1, 20, "fastest change of a target"},
     {"rate_smooth_s", &GazeParams::rate_smooth_s, "s", 0, 0.2, "low pass of the torso's rate"},
     {"camera_down_rad", &GazeParams::camera_down_rad, "rad", -1, 1,
-     "how far the camera looks down when the head is level"},
+     "how much further down the camera looks than its place in the body says"},
 };
 
 /// Pan and tilt that hold a direction or a point in view. The torso's attitude, advanced by its rate to the time at
 /// which the head will be there, is taken out; the neck's place is the chain's. What two joints cannot do: the roll
-/// about the direction of view. The head's axes are pan about z, then tilt about y, down positive; either may have a
-/// sign. Frames:  world: z up, of the attitude that is given. Thread:  owner.   RT: yes, after the constructor.
+/// about the direction of view. The camera is the first
+/// place on the head whose name begins with "camera"; without one it is the head's own x. The head's axes are pan about
+/// z, then tilt about y, down positive; either may have a sign. Frames:  world: z up, of the attitude that is given.
+/// Thread:  owner.   RT: yes, after the constructor.
 class Gaze {
  public:
   GazeParams params;
 
-  explicit Gaze(const Figure& figure) : figure_(&figure), pose_(figure.body()) {}
+  explicit Gaze(const Figure& figure);
+
+  /// Begins anew, from where the head is; what it looks at stays.
+  void reset();
 
   /// `ahead_world`: a direction, of any length.
   void look_along(const math::Vec3& ahead_world);
@@ -43,21 +48,26 @@ class Gaze {
             double dt_s, std::span<double> targets_rad);
   /// The wanted direction is beyond what the neck can do.
   bool limited() const { return limited_; }
+  /// Of the camera's axis from where it is to look, in the last step, as measured.
+  double error_rad() const { return error_rad_; }
   /// State (kept_numbers.hpp): all that a step leaves for later ones.
   template <class Visit>
   void each_part(Visit&& visit) {
-    visit(aim_, to_, rate_, set_rad_, begun_, limited_);
+    visit(aim_, to_, rate_, set_rad_, begun_, limited_, error_rad_);
   }
 
  private:
   enum class Aim : std::uint8_t { level, direction, point };
   const Figure* figure_;
   kinematics::BodyPose pose_;
+  kinematics::Pose camera_;  // in the head's link
+  double own_down_rad_ = 0;  // of the camera when the head is level
   Aim aim_ = Aim::level;
   math::Vec3 to_{1, 0, 0};
   math::Vec3 rate_;
   std::array<double, 2> set_rad_{};
   bool begun_ = false, limited_ = false;
+  double error_rad_ = 0;
 };
 
 }  // namespace sinew::motion

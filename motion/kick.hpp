@@ -1,12 +1,8 @@
 #pragma once
 // A kick from a stand: the weight goes to one foot, the other one strikes.
-#include "motion/figure.hpp"
 #include "motion/kick_way.hpp"
+#include "motion/one_foot.hpp"
 #include "motion/param.hpp"
-#include "motion/planar.hpp"
-#include "motion/servo_lead.hpp"
-#include "motion/tilt.hpp"
-#include "motion/walk_params.hpp"
 
 namespace sinew::motion {
 
@@ -56,40 +52,32 @@ class Kick {
   KickParams params;
 
   /// Height, stance and servos as the walk's.
-  Kick(const Figure& figure, const WalkParams& walk, std::span<const double> rest_rad);
+  Kick(const Figure& figure, const WalkParams& walk, std::span<const double> rest_rad)
+      : stand_(figure, walk, rest_rad) {}
 
   void start(Side foot, KickWay way);
   /// `q_world_torso`: attitude; the rate without bias, torso axes.
   void step(const math::Quat& q_world_torso, const math::Vec3& rate_radps, double dt_s, std::span<double> targets_rad);
   bool active() const { return active_; }
   double time_s() const { return time_s_; }
-  double lasts_s() const;
+  double lasts_s() const { return duration_s(way()); }
   /// State (kept_numbers.hpp): all that a step leaves for later ones.
   template <class Visit>
   void each_part(Visit&& visit) {
-    visit(lead_, foot_, way_, time_s_, active_, rate_);
+    visit(stand_, foot_, way_, time_s_, active_);
   }
 
  private:
-  struct Frame {
-    double begin_s, lasts_s;
-    double over, along, up;  // 0..1 weight on the other foot; the kicking foot's place along the kick and its height, m
-    double pitch_rad;        // toes down
-    bool sharp;
-  };
-  std::array<Frame, 8> frames() const;
+  std::array<FootPlace, 8> way() const;
 
-  const Figure* figure_;
-  ServoLead lead_;
-  WalkParams walk_;
-  JointAngles rest_rad_{};
-  Vec2 com_in_torso_;
-  double torso_over_hips_m_ = 0;
+  OneFoot stand_;
   Side foot_ = Side::left;
   KickWay way_ = KickWay::forward;
   double time_s_ = 0;
   bool active_ = false;
-  math::Vec3 rate_;
 };
+
+/// How it balances on one foot.
+OneFootBalance balance_of(const KickParams& params);
 
 }  // namespace sinew::motion

@@ -4,10 +4,10 @@
 #include <string>
 #include <vector>
 
+#include "motion/ball_stop.hpp"
 #include "motion/fall.hpp"
 #include "motion/gaze.hpp"
 #include "motion/key_poses.hpp"
-#include "motion/kick.hpp"
 #include "motion/walk_params.hpp"
 
 namespace sinew::motion {
@@ -17,6 +17,7 @@ struct MotionBook {
   WalkParams walk{};
   FallParams fall{};
   KickParams kick{};
+  BallStopParams stop{};
   GazeParams gaze{};
   std::map<std::string, std::vector<KeyPose>> poses{};  // "rise_front": its poses, in order
 

@@ -62,6 +62,7 @@ class Walk {
 
   /// The next step of this foot is a kick. Forgotten when the walk stands.
   void kick(Side foot, KickWay way);
+  void forget_kick() { wants_kick_ = false; }  // one that has begun goes on
   bool kicks() const { return kicking_ || wants_kick_; }
   bool kicking() const { return kicking_; }  // in this step
 

@@ -11,10 +11,12 @@
 #include "msg/can.hpp"
 #include "msg/flight.hpp"
 #include "msg/gait.hpp"
+#include "msg/gaze.hpp"
 #include "msg/ground_motion.hpp"
 #include "msg/head.hpp"
 #include "msg/image.hpp"
 #include "msg/joints.hpp"
+#include "msg/kick.hpp"
 #include "msg/motion.hpp"
 #include "msg/operator.hpp"
 #include "msg/pilot.hpp"
@@ -41,12 +43,12 @@ struct Types {
 };
 
 // In order of name.
-using Known =
-    Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallSighting, BaroSample, BatterySample, CameraModel,
-          CameraPose, CanFrame, Datagram, FlightSetpoint, GaitState, GnssSample, GroundMotion, GuardianState, HeadState,
-          Image, ImuSample, JointState, JointTrajectory, MagSample, MateState, MissionState, MotionField, NavState,
-          OperatorLink, PadSighting, PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors, RangeSample, RcSample,
-          RefereeState, SafetyState, SolePressure, TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
+using Known = Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallSighting, BaroSample, BatterySample,
+                    CameraModel, CameraPose, CanFrame, Datagram, FlightSetpoint, GaitState, GazeCommand, GazeState,
+                    GnssSample, GroundMotion, GuardianState, HeadState, Image, ImuSample, JointState, JointTrajectory,
+                    KickRequest, MagSample, MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting,
+                    PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors, RangeSample, RcSample, RefereeState,
+                    SafetyState, SolePressure, TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
 
 /// The FromMate of a known type, put together from its description: a static one for each would cost every robot more
 /// memory than its messages, and only programs that look at robots ask.

@@ -188,13 +188,19 @@ int main(int argc, char** argv) {
       command.add_option("--seconds", o.study.lasts_s, "of each walk")
           ->check(app::number(1, 3600))
           ->capture_default_str();
+      command.add_flag("--looks", o.study.looks, "the head looks to both sides of the way, in place of resting");
       command.add_option("--courses", o.courses, "these only, in turn")
           ->delimiter(',')
           ->check(app::one_of(course_names()));
-      command.add_option("--first-seed", o.study.first_seed, "of the walks; from 500001 on no search has seen them")
+    }
+    if (kind == Kind::walk || kind == Kind::stop)
+      command.add_option("--first-seed", o.study.first_seed, "of the runs; from 500001 on no search has seen them")
           ->check(app::whole(1, 1'000'000'000))
           ->capture_default_str();
-    }
+    if (kind == Kind::stop)
+      command.add_option("--ball-speed", o.study.ball_mps, "of the ball when it comes to the feet, m/s")
+          ->check(app::number(0.1, 3))
+          ->capture_default_str();
     if (kind == Kind::push)
       command.add_option("--speeds", o.study.push_mps, "changes of speed, m/s")
           ->delimiter(',')

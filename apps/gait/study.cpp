@@ -5,6 +5,7 @@
 #include "apps/gait/kick_trial.hpp"
 #include "apps/gait/push_trial.hpp"
 #include "apps/gait/rise_trial.hpp"
+#include "apps/gait/stop_trial.hpp"
 #include "math/random.hpp"
 
 namespace sinew::gait {
@@ -20,9 +21,12 @@ struct NamedDirection {
 constexpr std::array<NamedDirection, 4> kDirections{
     {{"from back", 0}, {"from front", math::kPi}, {"from right", math::kPi / 2}, {"from left", -math::kPi / 2}}};
 
+constexpr double kBallAside_m = 0.14;  // of a ball that feet of a standing robot touch only just
+
 Json walk_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, std::string& why) {
   const Course course = o.courses[n % o.courses.size()];
-  const auto r = run_walk(setup, {.course = course, .seed = o.first_seed + n, .lasts_s = o.lasts_s}, why);
+  const auto r =
+      run_walk(setup, {.course = course, .seed = o.first_seed + n, .lasts_s = o.lasts_s, .looks = o.looks}, why);
   if (!r) return {};
   return {{"kind", "walk"},
           {"group", to_string(course)},
@@ -35,6 +39,8 @@ Json walk_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, s
           {"odometry_m", r->odometry_m},
           {"path_m", r->path_m},
           {"second_error_m", r->step_error_m},
+          {"off_axis_rad", r->off_axis_rad},
+          {"most_off_axis_rad", r->most_off_axis_rad},
           {"false_alarm", r->false_alarm}};
 }
 
@@ -96,10 +102,25 @@ Json kick_case(const StudyOptions&, const GaitSetup& setup, std::uint64_t n, std
           {"rolls_m", r->rolls_m}};
 }
 
+Json stop_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, std::string& why) {
+  StopTrial trial{.seed = o.first_seed + n / 8, .speed_mps = o.ball_mps};
+  trial.foot = n % 2 == 0 ? motion::Side::left : motion::Side::right;
+  trial.aside_m = n / 2 % 2 == 0 ? 0 : kBallAside_m;
+  trial.stops = n / 4 % 2 == 0;
+  const auto r = run_stop(setup, trial, why);
+  if (!r) return {};
+  const std::string group = std::string(trial.aside_m == 0 ? "straight at it" : "beside it") +
+                            (trial.foot == motion::Side::left ? ", left foot" : ", right foot") +
+                            (trial.stops ? "" : ", only standing");
+  return {{"kind", "stop"},        {"group", group},          {"seed", trial.seed},        {"fell", r->fell},
+          {"touched", r->touched}, {"stopped", r->stopped()}, {"touch_mps", r->touch_mps}, {"speed_mps", r->speed_mps},
+          {"away_m", r->away_m}};
+}
+
 }  // namespace
 
 std::string to_string(Kind kind) {
-  static constexpr const char* kNames[] = {"walk", "push", "rise", "fall", "kick"};
+  static constexpr const char* kNames[] = {"walk", "push", "rise", "fall", "kick", "stop"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
@@ -113,6 +134,7 @@ std::uint64_t cases_of(const StudyOptions& o) {
       return o.runs * 2;
     case Kind::fall:
     case Kind::kick:
+    case Kind::stop:
       return o.runs * 8;
   }
   return 0;
@@ -130,6 +152,8 @@ Json run_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, st
       return fall_case(o, setup, n, why);
     case Kind::kick:
       return kick_case(o, setup, n, why);
+    case Kind::stop:
+      return stop_case(o, setup, n, why);
   }
   return {};
 }
@@ -138,11 +162,16 @@ Json identity(const StudyOptions& o) {
   Json out{{"study", "gait " + to_string(o.kind)}, {"runs", o.runs}};
   if (o.kind == Kind::walk) {
     out["lasts_s"] = o.lasts_s;
+    if (o.looks) out["looks"] = true;
     out["first_seed"] = o.first_seed;
     for (const Course course : o.courses) out["courses"].push_back(to_string(course));
   }
   if (o.kind == Kind::push) out["push_mps"] = o.push_mps;
   if (o.kind == Kind::fall) out["fall_mps"] = o.fall_mps;
+  if (o.kind == Kind::stop) {
+    out["ball_mps"] = o.ball_mps;
+    out["first_seed"] = o.first_seed;
+  }
   return out;
 }
 

@@ -12,19 +12,21 @@ namespace sinew::gait {
 /// Seeds of tables begin here; a search has smaller ones.
 inline constexpr std::uint64_t kUnseenSeeds = 500'001;
 
-enum class Kind : std::uint8_t { walk, push, rise, fall, kick };
-inline constexpr std::array kKinds{Kind::walk, Kind::push, Kind::rise, Kind::fall, Kind::kick};
+enum class Kind : std::uint8_t { walk, push, rise, fall, kick, stop };
+inline constexpr std::array kKinds{Kind::walk, Kind::push, Kind::rise, Kind::fall, Kind::kick, Kind::stop};
 std::string to_string(Kind kind);
 
 struct StudyOptions {
   Kind kind = Kind::walk;
   std::uint64_t runs =
-      100;              // walk: all courses together; rise, fall, kick: of each way; push: of each direction and speed
-  double lasts_s = 60;  // of a walk
+      100;  // walk: all courses together; rise, fall, kick, stop: of each way; push: of each direction and speed
+  double lasts_s = 60;                                            // of a walk
   std::vector<Course> courses{kCourses.begin(), kCourses.end()};  // of walks, in turn
-  std::uint64_t first_seed = kUnseenSeeds;                        // of walks
+  std::uint64_t first_seed = kUnseenSeeds;                        // of walks and stops
   std::vector<double> push_mps{0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6};
   double fall_mps = 1.2;  // of the push that makes it fall
+  bool looks = false;     // walks: the head looks to both sides, in place of resting
+  double ball_mps = 0.8;  // of the ball that is stopped
 };
 
 std::uint64_t cases_of(const StudyOptions& options);

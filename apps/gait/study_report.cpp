@@ -14,6 +14,8 @@ namespace {
 using app::Json;
 using Rows = std::vector<std::vector<std::string>>;
 
+constexpr double kDegrees = 180 / math::kPi;
+
 double number(const Json& c, const char* key) { return c.value(key, 0.0); }
 bool flag(const Json& c, const char* key) { return c.value(key, false); }
 
@@ -47,9 +49,10 @@ std::uint64_t count(const std::vector<Json>& cases, const char* key) {
       std::count_if(cases.begin(), cases.end(), [&](const Json& c) { return flag(c, key); }));
 }
 
-std::string walk_table(const std::vector<Json>& cases) {
+std::string walk_table(const StudyOptions& o, const std::vector<Json>& cases) {
   const Groups groups(cases);
   Rows rows{{"course", "falls", "forward m/s", "left m/s", "turn rad/s", "odometry/path %", "false alarms"}};
+  if (o.looks) rows[0].insert(rows[0].end(), {"camera off deg", "95 % of runs below"});
   for (const std::string& name : groups.order) {
     const std::vector<Json>& all = groups.of.at(name);
     double error = 0, path = 0;
@@ -58,10 +61,15 @@ std::string walk_table(const std::vector<Json>& cases) {
                     fmt::format("{:.3f}", mean(all, "left_mps")), fmt::format("{:.2f}", mean(all, "turn_radps")),
                     fmt::format("{:.1f}", path > 0 ? 100 * error / path : 0),
                     std::to_string(count(all, "false_alarm"))});
+    if (o.looks)
+      for (const double degrees :
+           {kDegrees * mean(all, "off_axis_rad"), kDegrees * spread(all, "most_off_axis_rad").at(0.95)})
+        rows.back().push_back(fmt::format("{:.1f}", degrees));
   }
   rows.push_back(
       {"all", of(count(cases, "fell"), cases.size()), "", "", "", "", std::to_string(count(cases, "false_alarm"))});
-  return sweep::table_text(rows, "<>>>>>>");
+  if (o.looks) rows.back().resize(rows[0].size());
+  return sweep::table_text(rows, "<" + std::string(rows[0].size() - 1, '>'));
 }
 
 std::string push_table(const StudyOptions& o, const std::vector<Json>& cases) {
@@ -135,12 +143,25 @@ std::string kick_table(const std::vector<Json>& cases) {
   return sweep::table_text(rows, "<>>>>>>");
 }
 
+std::string stop_table(const std::vector<Json>& cases) {
+  Rows rows{{"foot", "falls", "touched", "median m/s then", "stopped", "median m/s at the end", "median m away"}};
+  const Groups groups(cases);
+  for (const std::string& name : groups.order) {
+    const std::vector<Json>& all = groups.of.at(name);
+    rows.push_back({name, of(count(all, "fell"), all.size()), of(count(all, "touched"), all.size()),
+                    fmt::format("{:.2f}", spread(all, "touch_mps").at(0.5)), of(count(all, "stopped"), all.size()),
+                    fmt::format("{:.2f}", spread(all, "speed_mps").at(0.5)),
+                    fmt::format("{:.2f}", spread(all, "away_m").at(0.5))});
+  }
+  return sweep::table_text(rows, "<>>>>>>");
+}
+
 }  // namespace
 
 std::string study_table(const StudyOptions& o, const std::vector<Json>& cases) {
   switch (o.kind) {
     case Kind::walk:
-      return walk_table(cases);
+      return walk_table(o, cases);
     case Kind::push:
       return push_table(o, cases);
     case Kind::rise:
@@ -149,6 +170,8 @@ std::string study_table(const StudyOptions& o, const std::vector<Json>& cases) {
       return fall_table(cases);
     case Kind::kick:
       return kick_table(cases);
+    case Kind::stop:
+      return stop_table(cases);
   }
   return {};
 }

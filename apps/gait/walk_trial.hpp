@@ -26,6 +26,7 @@ struct WalkTrial {
   std::optional<double> forward_mps{};  // instead
   Push push{};                          // each push_every_s, at a random phase
   double push_every_s = 0;              // 0: none
+  bool looks = false;                   // at something that goes to and fro before it; otherwise its head rests
 };
 
 struct WalkResult {
@@ -33,11 +34,12 @@ struct WalkResult {
   double time_s = 0;                                     // that it walked, until its end or its fall
   double forward_mps = 0, left_mps = 0, turn_radps = 0;  // true means while it walked with steady commands
   double wanted_forward_mps = 0, wanted_left_mps = 0, wanted_turn_radps = 0;  // means of the commands then
-  double odometry_m = 0, path_m = 0;  // error of the odometry at the end, and how far the torso went
-  double step_error_m = 0;            // mean error of the odometry over a second, and
-  double step_m = 0;                  // mean way in a second
-  double tilt_rad = 0;                // largest sum of tilt and rate / omega
-  bool false_alarm = false;           // a fall was told that was none: 1 s later it still walked
+  double odometry_m = 0, path_m = 0;               // error of the odometry at the end, and how far the torso went
+  double step_error_m = 0;                         // mean error of the odometry over a second, and
+  double step_m = 0;                               // mean way in a second
+  double tilt_rad = 0;                             // largest sum of tilt and rate / omega
+  double off_axis_rad = 0, most_off_axis_rad = 0;  // of the camera from where it is to look: mean, largest
+  bool false_alarm = false;                        // a fall was told that was none: 1 s later it still walked
   std::uint64_t steps = 0;
 };
 

@@ -103,6 +103,8 @@ void read_motions(TomlReader& root, const kinematics::Body& body, MotionBook& bo
   root.table("walk", [&](TomlReader& r) { read_params<motion::WalkParams>(r, motion::kWalkParams, book.walk); });
   root.table("fall", [&](TomlReader& r) { read_params<motion::FallParams>(r, motion::kFallParams, book.fall); });
   root.table("kick", [&](TomlReader& r) { read_params<motion::KickParams>(r, motion::kKickParams, book.kick); });
+  root.table("stop",
+             [&](TomlReader& r) { read_params<motion::BallStopParams>(r, motion::kBallStopParams, book.stop); });
   root.table("gaze", [&](TomlReader& r) { read_params<motion::GazeParams>(r, motion::kGazeParams, book.gaze); });
   root.tables_by_name(
       "motion", [&](const std::string& name, TomlReader& r) { read_poses(r, body, book.rest_rad, book.poses[name]); });
@@ -135,6 +137,7 @@ std::string motions_text(const MotionBook& book, const kinematics::Body& body, c
   out += params_text<motion::WalkParams>("walk", motion::kWalkParams, book.walk);
   out += params_text<motion::FallParams>("fall", motion::kFallParams, book.fall);
   out += params_text<motion::KickParams>("kick", motion::kKickParams, book.kick);
+  out += params_text<motion::BallStopParams>("stop", motion::kBallStopParams, book.stop);
   out += params_text<motion::GazeParams>("gaze", motion::kGazeParams, book.gaze);
   for (const auto& [name, poses] : book.poses) {
     JointAngles before = book.rest_rad;

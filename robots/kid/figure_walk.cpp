@@ -15,6 +15,7 @@ void FigureWalk::declare(rt::Declaration& d) {
   d.in("referee", referee_, {.max_age = 3s, .optional = true});
   d.out("velocity", velocity_);
   d.out("mission", mission_);
+  d.out("gaze", gaze_);
   d.state(in_phase_s_, since_, phase_, leg_);
   d.param("stand_s", stand_s_, {.unit = "s", .min = 0, .max = 60, .doc = "before and after the figure"});
   d.param("leg_s", leg_s_, {.unit = "s", .min = 0.5, .max = 600, .doc = "of each of its straight parts"});
@@ -23,6 +24,11 @@ void FigureWalk::declare(rt::Declaration& d) {
   d.param("back_mps", back_mps_, {.unit = "m/s", .min = 0, .max = 1, .doc = "backward"});
   d.param("turn_radps", turn_radps_, {.unit = "rad/s", .min = 0.05, .max = 3, .doc = "in the circles"});
   d.param("heed_referee", heed_referee_, {.doc = "walk only while the game is on and it is not penalised"});
+  d.param("looks_at_ball", looks_at_ball_, {.doc = "false: straight ahead; so also in the circles"});
+  d.param("ball_x_m", ball_x_m_,
+          {.unit = "m", .min = -10, .max = 10, .doc = "where the ball lies, in the odometry's frame: ahead"});
+  d.param("ball_y_m", ball_y_m_, {.unit = "m", .min = -10, .max = 10, .doc = "to the left"});
+  d.param("ball_z_m", ball_z_m_, {.unit = "m", .min = 0, .max = 2, .doc = "and its middle over the ground"});
 }
 
 void FigureWalk::reset() {
@@ -76,6 +82,14 @@ rt::StepStatus FigureWalk::step(const rt::Step& step) noexcept {
     velocity.linear_mps.x = leg.forward * (leg.forward < 0 ? back_mps_ : forward_mps_);
     velocity.linear_mps.y = leg.left * side_mps_;
     velocity.angular_radps.z = leg.turn * turn_radps_;
+  }
+  msg::GazeCommand& gaze = gaze_.loan();
+  gaze.stamp = gait->stamp;
+  gaze.aim = msg::GazeAim::ahead;
+  const bool circles = phase_ == MissionPhase::approach && kFigure[leg_].turn != 0;
+  if (looks_at_ball_ && !circles) {  // in a circle the neck does not reach that far round
+    gaze.aim = msg::GazeAim::point;
+    gaze.to = {ball_x_m_, ball_y_m_, ball_z_m_};
   }
   msg::MissionState& mission = mission_.loan();
   mission.stamp = step.now;

@@ -1,6 +1,7 @@
 #pragma once
 #include "msg/flight.hpp"
 #include "msg/gait.hpp"
+#include "msg/gaze.hpp"
 #include "msg/motion.hpp"
 #include "msg/referee.hpp"
 #include "msg/safety.hpp"
@@ -9,6 +10,7 @@
 namespace sinew::kid {
 
 /// Walks a figure by itself: stands, goes forward, to both sides and backward, a circle each way, and stands again.
+/// It looks straight ahead, or at a ball whose place is known, except in the circles.
 /// Thread:  executor, 10 Hz or more.   RT: yes.
 /// Errors:  stale without a fresh gait: nothing is published, and the walk stands.
 ///          A failsafe that asks to land ends the figure.
@@ -29,8 +31,11 @@ class FigureWalk final : public rt::Module {
   rt::In<msg::RefereeState> referee_;
   rt::Out<msg::VelocityCommand> velocity_;
   rt::Out<msg::MissionState> mission_;
+  rt::Out<msg::GazeCommand> gaze_;
   double stand_s_ = 2, forward_mps_ = 0.2, side_mps_ = 0.12, back_mps_ = 0.12, turn_radps_ = 0.5, leg_s_ = 5;
   bool heed_referee_ = false;
+  bool looks_at_ball_ = false;
+  double ball_x_m_ = 1, ball_y_m_ = 0, ball_z_m_ = 0.07;
 
   double in_phase_s_ = 0;
   rt::Time since_{};

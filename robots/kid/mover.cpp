@@ -10,13 +10,24 @@ namespace sinew::kid {
 
 using namespace std::chrono_literals;
 using kinematics::kLimbs;
+using msg::BallMotion;
 using msg::GaitMode;
+using msg::RequestProgress;
+using msg::RequestRefusal;
 
 namespace {
 
 constexpr double kMostJoint_rad = 7, kMostGyro_radps = 50, kMostAccel_mps2 = 200, kMostCell_n = 2000;
 constexpr double kUpright = 0.9, kUprightS = 1;  // of a body that did not fall after all
 constexpr double kLieS = 0.3;                    // it lies still before it rises
+
+bool on_its_feet(GaitMode mode) {
+  return mode == GaitMode::stand || mode == GaitMode::walk || mode == GaitMode::kick || mode == GaitMode::stop;
+}
+motion::Side side_of(msg::Foot foot) { return foot == msg::Foot::left ? motion::Side::left : motion::Side::right; }
+motion::KickWay way_of(BallMotion motion) {
+  return motion == BallMotion::kick_outward ? motion::KickWay::outward : motion::KickWay::forward;
+}
 
 bool within(double value, double most) { return value > -most && value < most; }
 bool within(const msg::Vec3& v, double most) { return within(v.x, most) && within(v.y, most) && within(v.z, most); }
@@ -35,6 +46,8 @@ Mover::Mover(robots::RobotBody robot) : robot_(std::move(robot)) {
   if (!robot_.motions) return;
   walk_params_ = robot_.motions->walk;
   fall_params_ = robot_.motions->fall;
+  kick_params_ = robot_.motions->kick;
+  stop_params_ = robot_.motions->stop;
 }
 
 void Mover::declare(rt::Declaration& d) {
@@ -43,13 +56,16 @@ void Mover::declare(rt::Declaration& d) {
   for (std::size_t i = 0; i < kLimbs; ++i)
     d.in(std::string(to_string(kinematics::Limb(i))) + "_joints", joints_[i], {.max_age = 100ms});
   d.in("velocity", velocity_, {.max_age = 300ms, .optional = true});
+  d.in("kick", requests_, {.depth = 16, .optional = true});
   d.in("safety", safety_, {.optional = true, .supervises = true});
   for (std::size_t i = 0; i < kLimbs; ++i)
     d.out(to_string(kinematics::Limb(i)), limb_[i], {.channels = plant::kKidLimbJoints[i]});
   d.out("gait", gait_);
-  d.state(rad_, targets_, kept_, since_, mode_, falls_, plays_);
+  d.state(rad_, targets_, kept_, since_, mode_, falls_, plays_, height_m_, request_, progress_, refused_, refusal_);
   declare_params<motion::WalkParams>(d, "", motion::kWalkParams, walk_params_);
   declare_params<motion::FallParams>(d, "fall_", motion::kFallParams, fall_params_);
+  declare_params<motion::KickParams>(d, "stand_kick_", motion::kKickParams, kick_params_);
+  declare_params<motion::BallStopParams>(d, "stop_", motion::kBallStopParams, stop_params_);
 }
 
 hal::Status Mover::configure(rt::Setup& setup) {
@@ -74,11 +90,15 @@ hal::Status Mover::configure(rt::Setup& setup) {
     }
   const std::size_t joints = body.joints();
   walk_ = std::make_unique<motion::Walk>(*figure_, std::span(robot_.motions->rest_rad).first(joints));
+  kick_ = std::make_unique<motion::Kick>(*figure_, walk_params_, std::span(robot_.motions->rest_rad).first(joints));
+  stop_ = std::make_unique<motion::BallStop>(*figure_, walk_params_, std::span(robot_.motions->rest_rad).first(joints));
   for (std::size_t i = 0; i < kPoseMotions; ++i) pose_motions_[i] = robot_.motions->find(kPoseMotionNames[i]);
   rad_.assign(joints, 0);
   targets_.assign(joints, 0);
   if (const kinematics::Place* imu = body.find_place("imu")) q_torso_imu_ = imu->pose.q;
-  at_begin_.assign(motion::count_numbers(*walk_) + motion::count_numbers(fall_) + motion::count_numbers(poses_), 0);
+  at_begin_.assign(motion::count_numbers(*walk_) + motion::count_numbers(fall_) + motion::count_numbers(poses_) +
+                       motion::count_numbers(*kick_) + motion::count_numbers(*stop_),
+                   0);
   write_motions(at_begin_);
   kept_ = at_begin_;
   return {};
@@ -92,6 +112,11 @@ void Mover::reset() {
   mode_ = GaitMode::limp;
   falls_ = 0;
   plays_ = PoseMotion::rise_front;
+  height_m_ = 0;
+  request_ = {};
+  progress_ = RequestProgress::none;
+  refused_ = 0;
+  refusal_ = RequestRefusal::none;
 }
 
 void Mover::enter(GaitMode mode, rt::Time now) noexcept {
@@ -133,12 +158,88 @@ bool Mover::sense_balance(rt::Time now) noexcept {
 
 motion::WalkCommand Mover::command(rt::Time now) const noexcept {
   const msg::VelocityCommand* wanted = velocity_.fresh(now);
-  const msg::SafetyState* safety = safety_.get();
-  if (!wanted || (safety && safety->action != msg::FailsafeAction::none)) return {};
+  if (failsafe_acts() || stands_for_it()) return {};
+  if (!wanted) return {.walk = is_open()};
   motion::WalkCommand c{wanted->linear_mps.x, wanted->linear_mps.y, wanted->angular_radps.z, true};
-  if (!within(wanted->linear_mps, 10) || !within(wanted->angular_radps, 50)) return {};
-  c.walk = c.forward_mps != 0 || c.left_mps != 0 || c.turn_radps != 0;
+  if (!within(wanted->linear_mps, 10) || !within(wanted->angular_radps, 50)) return {.walk = is_open()};
+  c.walk = is_open() || c.forward_mps != 0 || c.left_mps != 0 || c.turn_radps != 0;
   return c;
+}
+
+bool Mover::failsafe_acts() const noexcept {
+  const msg::SafetyState* safety = safety_.get();
+  return safety && safety->action != msg::FailsafeAction::none;
+}
+
+bool Mover::is_open() const noexcept {
+  return progress_ == RequestProgress::waits || progress_ == RequestProgress::moves;
+}
+
+bool Mover::stands_for_it() const noexcept { return is_open() && request_.in_walk == 0; }
+
+RequestRefusal Mover::refusal_of(const msg::KickRequest& r) const noexcept {
+  if (r.motion > BallMotion::stop || r.foot > msg::Foot::right) return RequestRefusal::unknown;
+  if (is_open()) return RequestRefusal::busy;
+  if (!on_its_feet(mode_)) return RequestRefusal::not_on_feet;
+  return failsafe_acts() ? RequestRefusal::failsafe : RequestRefusal::none;
+}
+
+void Mover::take_requests() noexcept {
+  for (const msg::KickRequest& r : requests_) {
+    if (const RequestRefusal refusal = refusal_of(r); refusal != RequestRefusal::none) {
+      refused_ = r.id;
+      refusal_ = refusal;
+      continue;
+    }
+    request_ = r;
+    if (r.motion == BallMotion::stop) request_.in_walk = 0;
+    progress_ = RequestProgress::waits;
+  }
+}
+
+/// On its feet, and the walk has the joints: a step that is a kick, or a stand that is long enough, begins it.
+void Mover::begin_request(const rt::Step& step) noexcept {
+  if (progress_ != RequestProgress::waits || failsafe_acts()) return;
+  const motion::Side side = side_of(request_.foot);
+  if (request_.in_walk != 0) {
+    if (walk_->kicking())
+      progress_ = RequestProgress::moves;
+    else if (!walk_->kicks())
+      walk_->kick(side, way_of(request_.motion));
+    return;
+  }
+  if (mode_ != GaitMode::stand || msg::seconds(step.now - since_) <= walk_params_.settle_s) return;
+  progress_ = RequestProgress::moves;
+  if (request_.motion == BallMotion::stop) {
+    stop_->start(side);
+    return enter(GaitMode::stop, step.now);
+  }
+  kick_->start(side, way_of(request_.motion));
+  enter(GaitMode::kick, step.now);
+}
+
+/// A motion that has the joints until it ends in a stand.
+void Mover::move_at_ball(const rt::Step& step) noexcept {
+  const math::Vec3& rate = walk_->tilt.rate_radps();
+  if (mode_ == GaitMode::stop)
+    stop_->step(walk_->q_world_torso(), rate, msg::seconds(step.dt), targets_);
+  else
+    kick_->step(walk_->q_world_torso(), rate, msg::seconds(step.dt), targets_);
+  if (mode_ == GaitMode::stop ? stop_->active() : kick_->active()) return;
+  walk_->take_over(sensed_);
+  enter(GaitMode::stand, step.now);
+}
+
+/// Whether the request has ended, at the end of a step.
+void Mover::follow_request() noexcept {
+  if (!is_open()) return;
+  const bool waits = progress_ == RequestProgress::waits;
+  if (!on_its_feet(mode_) || (waits && failsafe_acts())) {
+    progress_ = RequestProgress::broken_off;
+    walk_->forget_kick();
+  } else if (!waits && mode_ != GaitMode::kick && mode_ != GaitMode::stop) {
+    progress_ = RequestProgress::done;
+  }
 }
 
 /// From where the joints are.
@@ -191,18 +292,22 @@ void Mover::move(const rt::Step& step) noexcept {
     enter(GaitMode::stand, step.now);
   }
   const double dt_s = msg::seconds(step.dt);
-  const bool on_its_feet = mode_ == GaitMode::stand || mode_ == GaitMode::walk;
-  if (on_its_feet)
+  const bool upright = on_its_feet(mode_);
+  // A kick within a step is the walk's; other motions at a ball have the joints for themselves.
+  const bool at_ball = mode_ == GaitMode::stop || (mode_ == GaitMode::kick && request_.in_walk == 0);
+  if (upright && !at_ball)
     walk_->step(command(step.now), sensed_, dt_s, targets_);
   else
     walk_->sense_only(sensed_, dt_s);
   if (mode_ == GaitMode::rise) return get_up(step);
   if (mode_ == GaitMode::down) return get_down(step);
   fall_.step(walk_->tilt.up(), walk_->tilt.rate_radps(), dt_s);
-  if (on_its_feet && fall_.way() != motion::FallWay::none) return enter(GaitMode::fall, step.now);
-  if (on_its_feet) {
+  if (upright && fall_.way() != motion::FallWay::none) return enter(GaitMode::fall, step.now);
+  if (at_ball) return move_at_ball(step);
+  if (upright) {
     const bool stands = walk_->phase() == motion::WalkPhase::stand;
-    enter(stands ? GaitMode::stand : GaitMode::walk, step.now);
+    enter(walk_->kicking() ? GaitMode::kick : (stands ? GaitMode::stand : GaitMode::walk), step.now);
+    begin_request(step);
     if (stands && asks_to_land() && msg::seconds(step.now - since_) > walk_params_.settle_s) get_down(step);
     return;
   }
@@ -214,39 +319,47 @@ void Mover::move(const rt::Step& step) noexcept {
 void Mover::write_motions(std::span<double> out) noexcept {
   out = out.subspan(motion::write_numbers(*walk_, out));
   out = out.subspan(motion::write_numbers(fall_, out));
-  motion::write_numbers(poses_, out);
+  out = out.subspan(motion::write_numbers(poses_, out));
+  out = out.subspan(motion::write_numbers(*kick_, out));
+  motion::write_numbers(*stop_, out);
 }
 
 void Mover::read_motions() noexcept {
   std::span<const double> in = kept_;
   in = in.subspan(motion::read_numbers(*walk_, in));
   in = in.subspan(motion::read_numbers(fall_, in));
-  motion::read_numbers(poses_, in);
+  in = in.subspan(motion::read_numbers(poses_, in));
+  in = in.subspan(motion::read_numbers(*kick_, in));
+  motion::read_numbers(*stop_, in);
   poses_.resume(pose_motions_[static_cast<std::size_t>(plays_)]);
 }
 
 rt::StepStatus Mover::step(const rt::Step& step) noexcept {
+  take_requests();
   if (!sense_joints(step.now)) return rt::StepStatus::stale;
   for (const double rad : rad_)
     if (!within(rad, kMostJoint_rad)) return rt::StepStatus::fault;
-  const bool on_its_feet = mode_ == GaitMode::stand || mode_ == GaitMode::walk;
   const bool balances = sense_balance(step.now);
   const bool can_get_down = pose_motions_[static_cast<std::size_t>(PoseMotion::get_down)] != nullptr;
-  if (!balances && !(can_get_down && (on_its_feet || mode_ == GaitMode::down))) return rt::StepStatus::stale;
+  if (!balances && !(can_get_down && (on_its_feet(mode_) || mode_ == GaitMode::down))) return rt::StepStatus::stale;
   read_motions();
   walk_->params = walk_params_;
   fall_.params = fall_params_;
+  kick_->params = stop_->kick = kick_params_;
+  stop_->params = stop_params_;
   if (balances)
     move(step);
   else
     get_down(step);
+  if (balances) height_m_ = std::max(walk_->stance().height_m[0], walk_->stance().height_m[1]);
+  follow_request();
   write_motions(kept_);
   publish();
   return rt::StepStatus::ok;
 }
 
 void Mover::publish() noexcept {
-  const bool moves = mode_ == GaitMode::stand || mode_ == GaitMode::walk || mode_ == GaitMode::rise ||
+  const bool moves = on_its_feet(mode_) || mode_ == GaitMode::rise ||
                      (mode_ == GaitMode::down && poses_.state() == motion::PosePlayer::State::playing);
   for (std::size_t i = 0; i < kLimbs; ++i) {
     msg::ActuatorCommand& out = limb_[i].loan();
@@ -262,6 +375,7 @@ void Mover::publish() noexcept {
   gait.gyro_radps = walk_->tilt.rate_radps().to<msg::Vec3>();
   gait.x_m = walk_->odometry().at_m.x;
   gait.y_m = walk_->odometry().at_m.y;
+  gait.height_m = height_m_;
   gait.heading_rad = walk_->odometry().yaw_rad;
   gait.forward_mps = walk_->speed().forward_mps;
   gait.left_mps = walk_->speed().left_mps;
@@ -272,6 +386,10 @@ void Mover::publish() noexcept {
   gait.support = walk_->support() == motion::Side::left ? 0 : 1;
   gait.steps = static_cast<std::uint32_t>(walk_->steps());
   gait.falls = falls_;
+  gait.request = request_.id;
+  gait.progress = progress_;
+  gait.refused = refused_;
+  gait.refusal = refusal_;
 }
 
 }  // namespace sinew::kid

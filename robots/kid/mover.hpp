@@ -3,12 +3,15 @@
 #include <vector>
 
 #include "kinematics/limbs.hpp"
+#include "motion/ball_stop.hpp"
 #include "motion/fall.hpp"
+#include "motion/kick.hpp"
 #include "motion/motion_book.hpp"
 #include "motion/walk.hpp"
 #include "msg/actuators.hpp"
 #include "msg/gait.hpp"
 #include "msg/joints.hpp"
+#include "msg/kick.hpp"
 #include "msg/motion.hpp"
 #include "msg/safety.hpp"
 #include "msg/sensors.hpp"
@@ -26,9 +29,11 @@ inline constexpr std::array<const char*, kPoseMotions> kPoseMotionNames{"rise_fr
 /// ("rise_front", "rise_back"): from what the body measures to angles of all joints
 /// (docs/walking.md). Without `velocity`, or without a fresh one, it stands. With `safety` bound it moves only when the
 /// guardian permits it; a failsafe that asks to land makes it stop, stand, and get down ("get_down") to where it needs
-/// no torque. What the motion file does not have is left out. Units:   commands are angles in rad, limb by limb
-/// (kinematics::Limbs). Thread:  executor, 100 Hz or more, after its sensors.   RT: yes. Errors:  configure:
-/// bad_argument without a body, or with one that has no two legs as Figure::make() wants them.
+/// no torque. A KickRequest makes it kick, within a step or from a stand, or stop a ball that rolls towards it; it
+/// takes one at a time, and `gait` says what becomes of it. What the motion file does not have is left out. Units:
+/// commands are angles in rad, limb by limb (kinematics::Limbs). Thread:  executor, 100 Hz or more, after its sensors.
+/// RT: yes. Errors:  configure: bad_argument without a body, or with one that has no two legs as Figure::make() wants
+/// them.
 ///          While IMU or soles are lost the attitude and the odometry of `gait` stay what they were.
 ///          step: stale without fresh joints of both legs (without get_down: or IMU or soles): nothing is published
 ///          then, and the guardian acts when the leases run out. fault when joints are no angles.
@@ -52,6 +57,15 @@ class Mover final : public rt::Module {
   /// False: the motion file has no such motion.
   bool play(PoseMotion motion) noexcept;
   void enter(msg::GaitMode mode, rt::Time now) noexcept;
+  // What is asked for at a ball:
+  void take_requests() noexcept;
+  msg::RequestRefusal refusal_of(const msg::KickRequest& request) const noexcept;
+  bool is_open() const noexcept;        // a request is
+  bool stands_for_it() const noexcept;  // the request that is open is not for a step of the walk
+  bool failsafe_acts() const noexcept;
+  void begin_request(const rt::Step& step) noexcept;
+  void move_at_ball(const rt::Step& step) noexcept;
+  void follow_request() noexcept;
   bool asks_to_land() const noexcept;
   motion::WalkCommand command(rt::Time now) const noexcept;
   void publish() noexcept;
@@ -60,16 +74,21 @@ class Mover final : public rt::Module {
   kinematics::Limbs limbs_;
   std::optional<motion::Figure> figure_;
   std::unique_ptr<motion::Walk> walk_;
+  std::unique_ptr<motion::Kick> kick_;
+  std::unique_ptr<motion::BallStop> stop_;
   motion::FallDetector fall_;
   motion::PosePlayer poses_;
   std::array<const std::vector<motion::KeyPose>*, kPoseMotions> pose_motions_{};  // null: the motion file has none
   motion::WalkParams walk_params_;
   motion::FallParams fall_params_;
+  motion::KickParams kick_params_;
+  motion::BallStopParams stop_params_;
 
   rt::In<msg::ImuSample> imu_;
   rt::In<msg::SolePressure> soles_;
   std::array<rt::In<msg::JointState>, kinematics::kLimbs> joints_;
   rt::In<msg::VelocityCommand> velocity_;
+  rt::InQueue<msg::KickRequest> requests_;
   rt::In<msg::SafetyState> safety_;
   std::array<rt::Out<msg::ActuatorCommand>, kinematics::kLimbs> limb_;
   rt::Out<msg::GaitState> gait_;
@@ -89,6 +108,11 @@ class Mover final : public rt::Module {
   msg::GaitMode mode_ = msg::GaitMode::limp;
   std::uint32_t falls_ = 0;
   PoseMotion plays_ = PoseMotion::rise_front;  // or played last
+  double height_m_ = 0;
+  msg::KickRequest request_;  // taken last
+  msg::RequestProgress progress_ = msg::RequestProgress::none;
+  std::uint32_t refused_ = 0;
+  msg::RequestRefusal refusal_ = msg::RequestRefusal::none;
 };
 
 }  // namespace sinew::kid

@@ -1,6 +1,8 @@
 #include "robots/kid/camera_pose.hpp"
 #include "robots/kid/devices.hpp"
 #include "robots/kid/figure_walk.hpp"
+#include "robots/kid/gaze.hpp"
+#include "robots/kid/kick_plan.hpp"
 #include "robots/kid/mover.hpp"
 #include "robots/robot_kind.hpp"
 
@@ -10,7 +12,9 @@ namespace {
 void add_kid_modules(rt::ModuleTypes& types) {
   types.add<kid::Mover>("kid::Mover");
   types.add<kid::CameraPose>("kid::CameraPose");
+  types.add<kid::Gaze>("kid::Gaze");
   types.add<kid::FigureWalk>("kid::FigureWalk");
+  types.add<kid::KickPlan>("kid::KickPlan");
 }
 
 constexpr BodyModule kKidModules[] = {
@@ -18,12 +22,17 @@ constexpr BodyModule kKidModules[] = {
      [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::CameraPose>(body); }},
     {"kid::Mover",
      [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::Mover>(body); }},
+    {"kid::Gaze",
+     [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::Gaze>(body); }},
 };
 
 constexpr PhaseWords kKidPhases[] = {
     {"kid::FigureWalk", msg::MissionPhase::wait, "standing"},
     {"kid::FigureWalk", msg::MissionPhase::approach, "walking the figure"},
     {"kid::FigureWalk", msg::MissionPhase::hold, "coming to a stand"},
+    {"kid::KickPlan", msg::MissionPhase::wait, "getting on its feet"},
+    {"kid::KickPlan", msg::MissionPhase::approach, "waiting until it is time"},
+    {"kid::KickPlan", msg::MissionPhase::hold, "kicking or stopping the ball"},
 };
 
 }  // namespace

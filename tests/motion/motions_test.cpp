@@ -1,5 +1,6 @@
 // Attitude, falls, poses, gaze, kicks from a stand, and what servos need.
 #include "math/random.hpp"
+#include "motion/ball_stop.hpp"
 #include "motion/fall.hpp"
 #include "motion/gaze.hpp"
 #include "motion/kept_numbers.hpp"
@@ -152,9 +153,10 @@ TEST(Gaze, ThePointIsInTheMiddleOfTheViewWhereverTheTorsoLeans) {
     }
     ASSERT_FALSE(gaze.limited());
     pose.set(joints, torso);
-    const kinematics::Pose& head = pose.link(op3.figure->head_tilt() + 1);
-    const Vec3 ahead = head.q.rotate({1, 0, 0}), to = normalized(point - head.p_m);
+    const kinematics::Pose camera = pose.place(*op3.body.find_place("camera"));
+    const Vec3 ahead = camera.q.rotate({1, 0, 0}), to = normalized(point - camera.p_m);
     EXPECT_GT(dot(ahead, to), 0.9999) << trial;
+    EXPECT_LT(gaze.error_rad(), 0.02) << trial;
   }
 }
 
@@ -215,6 +217,50 @@ TEST(Kick, StrikesWithItsFootOverTheOtherAndEndsAsItBegan) {
     }
 }
 
+TEST(BallStop, PutsItsFootAsideAndEndsAsItBegan) {
+  const Op3 op3;
+  const double ball_m = 0.14;
+  for (const Side foot : kSides) {
+    BallStop stop(*op3.figure, op3.book.walk, op3.book.rest_rad);
+    stop.params = op3.book.stop;
+    stop.kick = op3.book.kick;
+    std::vector<double> targets(op3.body.joints()), first;
+    stop.start(foot);
+    kinematics::BodyPose pose(op3.body);
+    double widest = 0, apart_when_ready = 0;
+    const Quat lean = Quat::from_axis_angle({0, 1, 0}, op3.book.walk.lean_rad);
+    for (double t_s = kStep_s; stop.active(); t_s += kStep_s) {
+      stop.step(lean, {}, kStep_s, targets);
+      if (first.empty()) first = targets;
+      pose.set(targets, {{}, lean});
+      const double apart = sign(foot) * (op3.figure->sole(pose, foot).p_m - op3.figure->sole(pose, other(foot)).p_m).y;
+      widest = std::max(widest, apart);
+      if (t_s <= stop.ready_s()) apart_when_ready = apart;
+    }
+    EXPECT_NEAR(apart_when_ready, op3.book.walk.stance_m + stop.params.aside_m, 0.015)
+        << "targets hold the weight, too";
+    EXPECT_LT(widest - op3.figure->leg(foot).sole_width_m, ball_m) << "no ball gets through";
+    for (std::size_t j = 0; j < targets.size(); ++j) EXPECT_NEAR(targets[j], first[j], 0.02) << j;
+  }
+}
+
+TEST(BallStop, GoesOnFromNumbersAsIfItHadNotStopped) {
+  const Op3 op3;
+  BallStop stop(*op3.figure, op3.book.walk, op3.book.rest_rad);
+  std::vector<double> one(op3.body.joints()), two = one;
+  stop.start(Side::left);
+  for (int i = 0; i < 90; ++i) stop.step({}, {0.1, 0.2, 0}, kStep_s, one);
+  std::vector<double> kept(count_numbers(stop));
+  write_numbers(stop, kept);
+  BallStop again(*op3.figure, op3.book.walk, op3.book.rest_rad);
+  read_numbers(again, kept);
+  for (int i = 0; i < 40; ++i) {
+    stop.step({}, {}, kStep_s, one);
+    again.step({}, {}, kStep_s, two);
+    ASSERT_EQ(one, two) << i;
+  }
+}
+
 TEST(ServoLead, HoldsTheWeightThatSoftServosYieldTo) {
   const Op3 op3;
   JointAngles rad = op3.book.rest_rad;
@@ -232,6 +278,21 @@ TEST(ServoLead, HoldsTheWeightThatSoftServosYieldTo) {
   const double torque_nm = weight_n * pose.link(knee + 1).p_m.x;
   EXPECT_NEAR(rad[knee] - wanted[knee], -torque_nm / (10 * 4.1), 1e-4);
   EXPECT_EQ(rad[op3.figure->find_joint("r_knee")], wanted[op3.figure->find_joint("r_knee")]);
+}
+
+TEST(MotionBook, GoesThroughTheTextOfItsFileUnchanged) {
+  const Op3 op3;
+  MotionBook book = op3.book;
+  book.stop.aside_m = 0.0625;
+  book.kick.strike_m = 0.125;
+  book.gaze.lag_s = 0.0375;
+  const auto read = app::parse_motions(app::motions_text(book, op3.body, "# of a test\n"), "a_motion.toml", op3.body);
+  EXPECT_TRUE(read.problems.empty());
+  EXPECT_EQ(read.book.stop.aside_m, 0.0625);
+  EXPECT_EQ(read.book.stop.hold_s, book.stop.hold_s);
+  EXPECT_EQ(read.book.kick.strike_m, 0.125);
+  EXPECT_EQ(read.book.gaze.lag_s, 0.0375);
+  EXPECT_EQ(read.book.poses.size(), book.poses.size());
 }
 
 TEST(Figure, ABodyWithoutSolesIsRefusedByName) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 
+#include "robots/kid/world/ball_score.hpp"
 #include "robots/kid/world/game.hpp"
 #include "robots/kid/world/walk_score.hpp"
 #include "sim_hil/pitch/painter.hpp"
@@ -84,7 +85,11 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     if (due_.joints)
       for (std::size_t limb = 0; limb < kinematics::kLimbs; ++limb) sample_limb(s, limb);
     const BodyTruth& truth = pitch_.truth(number_);
-    score_.look(truth, driven(), 1e-9 * static_cast<double>(steps * kStepNs));
+    const double now_s = 1e-9 * static_cast<double>(steps * kStepNs);
+    score_.look(truth, driven(), now_s);
+    const kinematics::Pose camera = cameras_.empty() ? truth.torso : truth.link[cameras_[0].link] * cameras_[0].pose;
+    const bool touched = pitch_.ball().touched_by == static_cast<int>(number_);
+    ball_score_.look(pitch_.ball(), touched, camera, driven() && !truth.body_down, now_s);
     current_a_ = kIdle_a;
     for (std::size_t i = 0; i < s.joints; ++i) current_a_ += kAmpere_per_nm * math::fabs(s.joint[i].effort_nm);
     used_as_ += current_a_ * 1e-9 * static_cast<double>(kPitchStepNs);
@@ -135,6 +140,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     j.boolean("on_its_feet", !truth.body_down);
     j.number("ball_x_m", pitch_.ball().p_m.x);
     j.number("ball_y_m", pitch_.ball().p_m.y);
+    ball_score_.add_to(j);
     j.number("command_delay_ms", 1e-6 * static_cast<double>(pitch_.command_delay_ns(number_)));
     j.integer("physics_warnings", pitch_.trouble());
     j.boolean("at_rest", still());
@@ -142,7 +148,9 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     if (game_) game_->add_to(j);
   }
   Verdict verdict() const override {
-    Verdict verdict = score_.verdict(pitch_.truth(number_));
+    Verdict verdict = score_.verdict(pitch_.truth(number_), ball_score_.touched());
+    if (ball_score_.touched())
+      verdict.measures.push_back({"ball_left_mps", "ball left with", "m/s", ball_score_.left_mps()});
     if (!game_) return verdict;
     const msg::RefereeState said = game_->said_to(number_);
     verdict.measures.push_back({"own_goals", "goals of its team", "", static_cast<double>(said.own_goals)});
@@ -150,7 +158,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     verdict.measures.push_back({"penalties", "penalties", "", static_cast<double>(game_->penalties(number_))});
     return verdict;
   }
-  std::string outcome() const override { return score_.text(pitch_.truth(number_)); }
+  std::string outcome() const override { return score_.text(pitch_.truth(number_), ball_score_.touched()); }
   PlantJoints* joints() override { return this; }
 
   // ---- PlantJoints
@@ -224,6 +232,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
   BatteryModel battery_;
   double current_a_ = 0, used_as_ = 0, voltage_v_ = kBattery_v;
   WalkScore score_;
+  BallScore ball_score_;
   Due due_;
 };
 

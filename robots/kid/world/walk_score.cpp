@@ -50,22 +50,23 @@ void WalkScore::look(const BodyTruth& truth, bool driven, double now_s) {
   mark_s_ = now_s;
 }
 
-std::string WalkScore::words(const BodyTruth& now) const {
+bool WalkScore::walked() const { return walked_m_ >= kLeastWay_m || turned_rad_ >= kLeastTurn_rad; }
+
+std::string WalkScore::words(const BodyTruth& now, bool touched_ball) const {
   if (!begun_) return "its servos never had a command";
   const bool up = now.tilt_rad < kUpright_rad && !now.body_down;
   if (falls_ > 0 && !up) return "fell";
   if (falls_ > 0) return "fell and rose again";
   if (!up) return got_down_ > 0 ? "got down gently" : "is not on its feet";
-  return walked_m_ >= kLeastWay_m || turned_rad_ >= kLeastTurn_rad ? "walked and is on its feet"
-                                                                   : "is on its feet, and walked nowhere";
+  if (walked()) return "walked and is on its feet";
+  return touched_ball ? "touched the ball and is on its feet" : "is on its feet, and walked nowhere";
 }
 
-Verdict WalkScore::verdict(const BodyTruth& now) const {
+Verdict WalkScore::verdict(const BodyTruth& now, bool touched_ball) const {
   Verdict v;
-  v.outcome = words(now);
+  v.outcome = words(now, touched_ball);
   v.begun = begun_;
-  const bool moved = walked_m_ >= kLeastWay_m || turned_rad_ >= kLeastTurn_rad;
-  v.good = begun_ && moved && falls_ == 0 && now.tilt_rad < kUpright_rad && !now.body_down;
+  v.good = begun_ && (walked() || touched_ball) && falls_ == 0 && now.tilt_rad < kUpright_rad && !now.body_down;
   v.measures = {{"falls", "falls", "", static_cast<double>(falls_), 0.0},
                 {"walked_m", "walked", "m", walked_m_},
                 {"turned_deg", "turned", "deg", turned_rad_ * 180 / math::kPi},
@@ -74,11 +75,11 @@ Verdict WalkScore::verdict(const BodyTruth& now) const {
   return v;
 }
 
-std::string WalkScore::text(const BodyTruth& now) const {
+std::string WalkScore::text(const BodyTruth& now, bool touched_ball) const {
   char figures[96];
   std::snprintf(figures, sizeof figures, ": %.2f m, %.0f degrees turned, %u falls", walked_m_,
                 turned_rad_ * 180 / math::kPi, falls_);
-  return words(now) + figures;
+  return words(now, touched_ball) + figures;
 }
 
 void WalkScore::add_to(JsonObject& j) const {

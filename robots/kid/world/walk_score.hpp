@@ -23,12 +23,13 @@ class WalkScore {
   std::uint32_t falls() const { return falls_; }
   bool has_begun() const { return begun_; }
   void add_to(JsonObject& report) const;
-  /// Good: it walked, never fell, and is on its feet.
-  Verdict verdict(const BodyTruth& now) const;
-  std::string text(const BodyTruth& now) const;
+  /// Good: it walked or touched the ball, never fell, and is on its feet.
+  Verdict verdict(const BodyTruth& now, bool touched_ball) const;
+  std::string text(const BodyTruth& now, bool touched_ball) const;
 
  private:
-  std::string words(const BodyTruth& now) const;
+  bool walked() const;
+  std::string words(const BodyTruth& now, bool touched_ball) const;
 
   bool begun_ = false, down_ = false;
   std::uint32_t falls_ = 0, got_down_ = 0, rises_ = 0;
