@@ -159,8 +159,9 @@ class RowMaker {
   std::vector<Row> rows(const std::vector<double>& slow_radps, std::size_t& blocks) {
     const double first = record_.time_s.front(), last = record_.time_s.back();
     rows_.clear();
-    for (double t = first + kReach * o_.window_s; t < last - kReach * o_.window_s; t += 1.5 * o_.window_s)
-      open_.push_back({t, 0, std::vector<Sum>(body_.joints())});
+    const double begin = first + kReach * o_.window_s, step = 1.5 * o_.window_s;
+    for (std::size_t k = 0; begin + static_cast<double>(k) * step < last - kReach * o_.window_s; ++k)
+      open_.push_back({begin + static_cast<double>(k) * step, 0, std::vector<Sum>(body_.joints())});
     for (std::size_t k = 0; k < motions_.at.size(); ++k) {
       chain_regressor(body_, {motions_.q[k], motions_.v[k], motions_.a[k]}, o_.gravity_mps2, kCoulombRadps, regressor_);
       add(motions_.at[k], motions_.v[k], slow_radps);
