@@ -110,7 +110,7 @@ class SerialHub final : public JointHub {
   void on_stray(const wire::DxlPacket& packet, Time now) noexcept;
   void note_late(Time now) noexcept;
   bool is_late(Time now) const noexcept;
-  void miss(std::size_t from, Time now) noexcept;
+  void miss(std::size_t servo, Time now) noexcept;
   bool is_echo(const wire::DxlPacket& packet) const noexcept;
   void wait_is_over(Time now) noexcept;
   void tick(Time now) noexcept;
