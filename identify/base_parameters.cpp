@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <deque>
 
 #include "identify/smoothing.hpp"
 #include "identify/student.hpp"
@@ -13,7 +14,10 @@ namespace {
 
 using kinematics::Body;
 
-constexpr double kCoulombRadps = 1e-6;  // rows below BaseOptions::least_radps are left out: it is a sign
+constexpr double kCoulombRadps = 1e-6;  // where it does not matter
+/// Of ServoModel::slow_radps: at first, and within which it is looked for.
+constexpr double kSlowAtFirst_radps = 0.03, kLeastSlow_radps = 0.005, kMostSlow_radps = 0.3;
+constexpr int kRounds = 5;
 
 /// Friction first, then first moments and inertias, and masses last: what depends on others is grouped with them.
 std::vector<std::size_t> order_of_choice(const Body& body) {
@@ -40,26 +44,10 @@ void mirror(Dense& gram) {
     for (std::size_t j = 0; j < i; ++j) gram(j, i) = gram(i, j);
 }
 
-/// Positions, their derivatives and efforts of all joints at one instant.
-struct Smoothed {
-  std::vector<double> q, v, a, effort;
-};
-
-bool smooth(const ChainRecord& record, double t, double window_s, Smoothed& s) {
-  const std::size_t joints = record.q_rad.size();
-  s.q.resize(joints), s.v.resize(joints), s.a.resize(joints), s.effort.resize(joints);
-  for (std::size_t j = 0; j < joints; ++j) {
-    LocalMotion m;
-    if (!local_motion(record.time_s, record.q_rad[j], record.effort_nm[j], t, window_s, m)) return false;
-    s.q[j] = m.q, s.v[j] = m.v, s.a[j] = m.a, s.effort[j] = m.other;
-  }
-  return true;
-}
-
 /// A joint's effort at one instant, and the base parameters' columns there.
 struct Row {
   std::size_t joint = 0, block = 0;
-  double effort_nm = 0;
+  double effort_nm = 0, time_s = 0;
   bool held_out = false;
   std::vector<double> x;
 };
@@ -129,25 +117,137 @@ std::optional<Solved> solve(const std::vector<Row>& rows, const std::vector<doub
   return s;
 }
 
-std::vector<Row> rows_of(const Body& body, const ChainRecord& record, const BaseOptions& o, const BaseSet& set,
-                         std::size_t& blocks) {
-  std::vector<Row> rows;
-  const double first = record.time_s.front(), last = record.time_s.back();
-  const double hold_from = last - o.held_out_share * (last - first);
-  Dense regressor;
-  Smoothed s;
-  for (double t = first + 3 * o.window_s; t < last - 3 * o.window_s; t += 1.5 * o.window_s) {
-    if (!smooth(record, t, o.window_s, s)) continue;
-    chain_regressor(body, {s.q, s.v, s.a}, o.gravity_mps2, kCoulombRadps, regressor);
-    for (std::size_t j = 0; j < body.joints(); ++j) {
-      if (math::fabs(s.v[j]) < o.least_radps) continue;
-      Row row{j, static_cast<std::size_t>((t - first) / o.block_s), s.effort[j], t > hold_from, {}};
-      for (const BaseColumn& base : set.base) row.x.push_back(regressor(j, base.column));
+/// The motion at each measurement, as far as its neighbours show it.
+struct Motions {
+  std::vector<std::size_t> at;               // of these measurements
+  std::vector<std::vector<double>> q, v, a;  // of each of them: of all joints
+};
+
+Motions motions_of(const ChainRecord& record, double window_s) {
+  Motions m;
+  const std::size_t joints = record.q_rad.size(), n = record.time_s.size();
+  for (std::size_t i = 0; i < n; ++i) {
+    const double t = record.time_s[i];
+    std::vector<double> q(joints), v(joints), a(joints);
+    bool whole = true;
+    for (std::size_t j = 0; j < joints && whole; ++j) {
+      LocalMotion motion;
+      whole = local_motion(record.time_s, record.q_rad[j], record.effort_nm[j], t, window_s, motion) &&
+              math::is_finite(record.effort_nm[j][i]);
+      q[j] = motion.q, v[j] = motion.v, a[j] = motion.a;
+    }
+    if (!whole) continue;
+    m.at.push_back(i);
+    m.q.push_back(std::move(q)), m.v.push_back(std::move(v)), m.a.push_back(std::move(a));
+  }
+  return m;
+}
+
+/// Efforts, and what they are of, run through the same low-pass: then its errors are the same on both sides. Friction
+/// that turns round within the low-pass is the case in which it matters.
+class RowMaker {
+ public:
+  RowMaker(const Body& body, const ChainRecord& record, const BaseOptions& o, const BaseSet& set)
+      : body_(body), record_(record), o_(o), set_(set) {
+    const double period = (record.time_s.back() - record.time_s.front()) / static_cast<double>(record.time_s.size());
+    // Noise of differences is taken away by the low-pass behind them; a cubic needs some values.
+    motions_ = motions_of(record, std::max(0.5 * o.window_s, 1.2 * period));
+  }
+
+  /// Friction is v / (|v| + slow_radps) of the Coulomb torque; behind the base's columns is one for each joint, how its
+  /// torque changes with that speed.
+  std::vector<Row> rows(const std::vector<double>& slow_radps, std::size_t& blocks) {
+    const double first = record_.time_s.front(), last = record_.time_s.back();
+    rows_.clear();
+    const double begin = first + kReach * o_.window_s, step = 1.5 * o_.window_s;
+    for (std::size_t k = 0; begin + static_cast<double>(k) * step < last - kReach * o_.window_s; ++k)
+      open_.push_back({begin + static_cast<double>(k) * step, 0, std::vector<Sum>(body_.joints())});
+    for (std::size_t k = 0; k < motions_.at.size(); ++k) {
+      chain_regressor(body_, {motions_.q[k], motions_.v[k], motions_.a[k]}, o_.gravity_mps2, kCoulombRadps, regressor_);
+      add(motions_.at[k], motions_.v[k], slow_radps);
+    }
+    finish(math::kInf);
+    const double hold_from = last - o_.held_out_share * (last - first);
+    for (Row& row : rows_) {
+      row.block = static_cast<std::size_t>((row.time_s - first) / o_.block_s);
+      row.held_out = row.time_s > hold_from;
       blocks = std::max(blocks, row.block + 1);
-      rows.push_back(std::move(row));
+    }
+    return std::move(rows_);
+  }
+
+ private:
+  static constexpr double kReach = 3;  // windows
+  static constexpr double kSlowShare = 0.2;
+  struct Sum {
+    double effort_nm = 0, slow = 0;
+    std::vector<double> x;
+  };
+  struct Open {
+    double time_s = 0, weight = 0;
+    std::vector<Sum> joint;
+  };
+
+  void add(std::size_t i, const std::vector<double>& v, const std::vector<double>& slow_radps) {
+    const double t = record_.time_s[i];
+    finish(t);
+    const ChainColumns columns{v.size()};
+    std::vector<double> with_slow(v.size());
+    for (std::size_t j = 0; j < v.size(); ++j) {
+      const double speed = math::fabs(v[j]) + slow_radps[j];
+      regressor_(j, columns.joint(j, JointParameter::coulomb)) = v[j] / speed;
+      with_slow[j] = -v[j] / (speed * speed);
+    }
+    for (Open& open : open_) {
+      const double x = (open.time_s - t) / o_.window_s;
+      if (x > kReach) break;
+      const double w = math::exp(-0.5 * x * x);
+      open.weight += w;
+      for (std::size_t j = 0; j < open.joint.size(); ++j) {
+        Sum& sum = open.joint[j];
+        sum.x.resize(set_.base.size() + v.size());
+        sum.effort_nm += w * record_.effort_nm[j][i];
+        if (math::fabs(v[j]) < o_.least_radps) sum.slow += w;
+        for (std::size_t c = 0; c < set_.base.size(); ++c) sum.x[c] += w * regressor_(j, set_.base[c].column);
+        sum.x[set_.base.size() + j] += w * with_slow[j];
+      }
     }
   }
-  return rows;
+
+  /// Rows to which nothing comes any more.
+  void finish(double now_s) {
+    for (; !open_.empty() && open_.front().time_s + kReach * o_.window_s < now_s; open_.pop_front()) {
+      Open& open = open_.front();
+      for (std::size_t j = 0; j < open.joint.size(); ++j) {
+        Sum& sum = open.joint[j];
+        if (!(open.weight > 0) || sum.slow > kSlowShare * open.weight) continue;
+        for (double& x : sum.x) x /= open.weight;
+        rows_.push_back({j, 0, sum.effort_nm / open.weight, open.time_s, false, std::move(sum.x)});
+      }
+    }
+  }
+
+  const Body& body_;
+  const ChainRecord& record_;
+  const BaseOptions& o_;
+  const BaseSet& set_;
+  Motions motions_;
+  Dense regressor_;
+  std::deque<Open> open_;  // the earliest first
+  std::vector<Row> rows_;
+};
+
+/// Gauss-Newton's step of the speeds at which half of the Coulomb friction is there.
+void move_slow(const BaseSet& set, const Solved& solved, std::vector<double>& slow_radps) {
+  const ChainColumns columns{slow_radps.size()};
+  for (std::size_t j = 0; j < slow_radps.size(); ++j)
+    for (std::size_t i = 0; i < set.base.size(); ++i) {
+      if (set.base[i].column != columns.joint(j, JointParameter::coulomb)) continue;
+      const double coulomb_nm = solved.value[i], step = solved.value[set.base.size() + j] / coulomb_nm;
+      if (!math::is_finite(step)) continue;
+      slow_radps[j] = std::clamp(slow_radps[j] + std::clamp(step, -0.5 * slow_radps[j], slow_radps[j]),
+                                 kLeastSlow_radps, kMostSlow_radps);
+    }
 }
 
 }  // namespace
@@ -220,14 +320,16 @@ BaseFit fit_base_parameters(const Body& body, const ChainRecord& record, const B
     fit.problem = "the record has no positions and efforts of all joints of the body";
     return fit;
   }
-  const std::size_t n = fit.set.base.size();
+  const std::size_t n = fit.set.base.size(), columns = n + joints;
   std::size_t blocks = 0;
-  const std::vector<Row> rows = rows_of(body, record, options, fit.set, blocks);
-  fit.rows = rows.size();
-  std::vector<double> sigma(joints, 1);
+  RowMaker maker(body, record, options, fit.set);
+  std::vector<double> sigma(joints, 1), slow_radps(joints, kSlowAtFirst_radps);
+  std::vector<Row> rows;
   std::optional<Solved> solved;
-  for (int round = 0; round < 3; ++round) {
-    solved = solve(rows, sigma, n, blocks);
+  for (int round = 0; round < kRounds; ++round) {
+    if (solved) move_slow(fit.set, *solved, slow_radps);
+    rows = maker.rows(slow_radps, blocks);
+    solved = solve(rows, sigma, columns, blocks);
     if (!solved) {
       fit.problem = "some joints did not move enough to tell their parameters apart";
       return fit;
@@ -235,10 +337,11 @@ BaseFit fit_base_parameters(const Body& body, const ChainRecord& record, const B
     fit.residual_rms_nm = residual_rms(rows, solved->value, joints, false);
     for (std::size_t j = 0; j < joints; ++j) sigma[j] = std::max(fit.residual_rms_nm[j], 1e-9);
   }
+  fit.rows = rows.size();
   fit.held_out_rms_nm = residual_rms(rows, solved->value, joints, true);
-  fit.effort_rms_nm = residual_rms(rows, std::vector<double>(n), joints, false);
+  fit.effort_rms_nm = residual_rms(rows, std::vector<double>(columns), joints, false);
 
-  const double t = student_95(blocks > n ? static_cast<double>(blocks - n) : 1);
+  const double t = student_95(blocks > columns ? static_cast<double>(blocks - columns) : 1);
   for (std::size_t i = 0; i < n; ++i) {
     BaseEstimate e{solved->value[i], t * math::sqrt(solved->covariance(i, i)), true};
     std::vector<double> column(joints), all(joints);

@@ -40,10 +40,10 @@ struct ChainRecord {
 
 struct BaseOptions {
   math::Vec3 gravity_mps2{0, 0, -9.80665};  // in link 0's frame
-  double window_s = 0.03;                   // standard deviation of the weights with which positions are differentiated
-  double least_radps = 0.05;                // a joint's rows that are slower do not count: friction at rest is any
-  double held_out_share = 0.2;              // of the record's end
-  double block_s = 0.5;                     // residuals further apart than this are taken as independent
+  double window_s = 0.03;       // standard deviation of the low-pass that efforts and all that they are of go through
+  double least_radps = 0.05;    // a joint that is slower for a fifth of it does not count: friction at rest is any
+  double held_out_share = 0.2;  // of the record's end
+  double block_s = 0.3;  // residuals of different blocks are taken as independent: more than the low-pass's length
 };
 
 struct BaseEstimate {
@@ -60,8 +60,10 @@ struct BaseFit {
 };
 
 /// Least squares of the efforts, each joint weighted by its own residuals; the intervals are those of residuals that
-/// depend on each other within a block.
+/// depend on each other within a block. The speed at which half of a joint's Coulomb friction is there is fitted, too,
+/// and not given.
 /// Source:  J. Swevers, W. Verdonck, J. De Schutter, Dynamic model identification for industrial robots (2007);
+///          M. Gautier, Dynamic identification of robots with power model (1997): both sides through one low-pass;
 ///          H. White, A heteroskedasticity-consistent covariance matrix estimator (1980), for blocks.
 /// Thread:  any.   RT: no.
 BaseFit fit_base_parameters(const kinematics::Body& body, const ChainRecord& record, const BaseOptions& options = {});

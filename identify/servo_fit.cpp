@@ -5,6 +5,7 @@
 
 #include "identify/output_error.hpp"
 #include "identify/student.hpp"
+#include "math/random.hpp"
 
 namespace sinew::identify {
 namespace {
@@ -13,7 +14,16 @@ constexpr std::size_t kLeastSamples = 200;
 constexpr double kLeastMotion_rad = 0.02;
 /// The parts' fits begin at one common fit, and the sums of squares are rough: they differ by less than independent
 /// fits would. Found on servos with known numbers, docs/identify.md.
-constexpr double kOfCommonStart = 3;
+double of_common_start(ServoParameter p) {
+  const bool damps = p == ServoParameter::viscous || p == ServoParameter::no_load || p == ServoParameter::delay;
+  return damps ? 3 : 2.2;  // these three stand for each other: all parts miss them by the same
+}
+/// The error held out, against that of the encoder's steps: beyond it a fit is doubtful.
+constexpr double kExplained = 1.25;
+constexpr std::uint64_t kMoreStarts = 4;
+/// Of the squared errors held out, by which one side of the play is better: 0.5 and more with 0.1 degrees of play, up
+/// to 0.04 without any.
+constexpr double kBetterSide = 0.15;
 
 /// Positions depend on ratios of torques alone: what is a torque for something is fitted as a share of the stall
 /// torque.
@@ -113,33 +123,86 @@ class ServoFitter {
       : record_(record), options_(options), with_effort_(!record.effort_nm.empty()) {
     first_s_ = record.time_s.front();
     hold_from_s_ = record.time_s.back() - options.held_out_share * (record.time_s.back() - first_s_);
+    resolution_rad_ = resolution();
   }
 
   ServoFit run() {
     const ServoModel guess = guess_servo(record_, options_);
     choose_free();
     const Part whole = part_of(record_, first_s_, hold_from_s_, options_.settle_s, options_.block_s);
-    ServoModel model = guess;
-    OutputFit pooled;
-    double least = math::kInf;
-    for (const bool at_motor : {false, true}) {
-      if (options_.encoder_at_motor && *options_.encoder_at_motor != at_motor) continue;
-      const ServoModel start = best_start(guess, at_motor);
-      OutputFit fit = improve(whole, start, 2 * options_.step_s, 10);
-      const double size = size_of(fit);
-      if (size >= least) continue;
-      least = size, model = with(start, fit.value), pooled = std::move(fit);
-    }
+    std::vector<Candidate> sides;
+    for (const bool at_motor : {false, true})
+      if (!options_.encoder_at_motor || *options_.encoder_at_motor == at_motor)
+        sides.push_back(candidate(whole, best_start(guess, at_motor)));
+    const auto best = [&]() -> Candidate& { return *std::min_element(sides.begin(), sides.end(), fits_better); };
+    // A fit that is stuck leaves more than the encoder's steps do: again from elsewhere, for both sides.
+    for (std::uint64_t again = 1; again <= kMoreStarts && !explains(best()); ++again)
+      for (Candidate& side : sides) {
+        Candidate other = candidate(whole, other_start(guess, side.model.encoder_at_motor, again));
+        if (fits_better(other, side)) side = std::move(other);
+      }
 
     ServoFit result;
-    result.rounds = pooled.rounds;
-    name_unknown(pooled, model, result);
-    fit_parts(pooled, model, result);
+    const Candidate& chosen = best();
+    result.rounds = chosen.fit.rounds;
+    name_unknown(chosen.fit, chosen.model, result);
+    fit_parts(chosen.fit, chosen.model, result);
     report_errors(result);
+    if (sides.size() == 2) compare_sides(chosen, &chosen == &sides[0] ? sides[1] : sides[0], result);
+    judge(result);
     return result;
   }
 
  private:
+  /// A fit of all that is fitted.
+  struct Candidate {
+    ServoModel model;
+    OutputFit fit;
+    std::vector<double> position_off, effort_off;  // of the measurements held out
+    double held_out = 0;                           // the smaller, the better
+  };
+  static bool fits_better(const Candidate& a, const Candidate& b) { return a.held_out < b.held_out; }
+
+  Candidate candidate(const Part& whole, const ServoModel& start) const {
+    Candidate c;
+    c.fit = improve(whole, start, 2 * options_.step_s, 10);
+    c.model = with(start, c.fit.value);
+    const std::size_t n = record_.time_s.size(), from = index_of(hold_from_s_);
+    std::vector<double> position(n), effort(n);
+    simulate(c.model, record_, 2 * options_.step_s, position, effort);
+    for (std::size_t i = from; i < n; ++i) {
+      c.position_off.push_back(record_.position_rad[i] - position[i]);
+      if (with_effort_ && !math::is_nan(record_.effort_nm[i])) c.effort_off.push_back(record_.effort_nm[i] - effort[i]);
+    }
+    c.held_out = math::log(rms_of(c.position_off)) + (c.effort_off.empty() ? 0 : math::log(rms_of(c.effort_off)));
+    return c;
+  }
+  static double rms_of(const std::vector<double>& all) {
+    double sum = 0;
+    for (const double x : all) sum += x * x;
+    return all.empty() ? math::kNan : math::sqrt(sum / static_cast<double>(all.size()));
+  }
+  bool explains(const Candidate& c) const {
+    return !(resolution_rad_ > 0) || rms_of(c.position_off) <= kExplained * resolution_rad_ / math::sqrt(12.0);
+  }
+  std::size_t index_of(double t) const {
+    return static_cast<std::size_t>(std::lower_bound(record_.time_s.begin(), record_.time_s.end(), t) -
+                                    record_.time_s.begin());
+  }
+  /// The smallest step between two positions.
+  double resolution() const {
+    std::vector<double> sorted = record_.position_rad;
+    std::sort(sorted.begin(), sorted.end());
+    std::vector<double> steps;
+    for (std::size_t i = 1; i < sorted.size(); ++i)
+      if (sorted[i] - sorted[i - 1] > 1e-9) steps.push_back(sorted[i] - sorted[i - 1]);
+    if (steps.empty()) return 0;
+    // Of an encoder most values are taken several times, and most neighbours are one step apart.
+    if (steps.size() * 2 > sorted.size()) return 0;
+    std::nth_element(steps.begin(), steps.begin() + static_cast<std::ptrdiff_t>(steps.size() / 4), steps.end());
+    return steps[steps.size() / 4];
+  }
+
   void choose_free() {
     const auto is_known = [&](ServoParameter p) {
       return std::any_of(options_.known.begin(), options_.known.end(), [&](const auto& k) { return k.first == p; });
@@ -194,6 +257,48 @@ class ServoFitter {
     return best;
   }
 
+  /// The best of many models around the guess, each run once, and improved.
+  ServoModel other_start(const ServoModel& guess, bool at_motor, std::uint64_t again) const {
+    constexpr int kDraws = 60;
+    constexpr double kBegin = 0.25;  // of what is fitted
+    math::Random random(again, at_motor ? 0x6d6f746f : 0x6a6f696e);
+    const Part begin =
+        part_of(record_, first_s_, first_s_ + kBegin * (hold_from_s_ - first_s_), options_.settle_s, options_.block_s);
+    const auto times = [&](double most) { return math::exp(random.uniform(-1, 1) * math::log(most)); };
+    ServoModel best = guess;
+    double least = math::kInf;
+    std::vector<double> position(begin.record.time_s.size()), effort(position.size());
+    for (int k = 0; k < kDraws; ++k) {
+      ServoModel m = guess;
+      m.encoder_at_motor = at_motor;
+      for (const ServoParameter p : free_) {
+        double& x = number(m, p);
+        if (p == ServoParameter::delay)
+          x = random.uniform(0, 0.04);
+        else if (p == ServoParameter::play)
+          x = 0.002 * times(5);
+        else if (p == ServoParameter::rotor)
+          x = random.uniform(0.1, 0.7) * m.inertia_kgm2;
+        else if (p == ServoParameter::gain || p == ServoParameter::coulomb || p == ServoParameter::inertia)
+          x *= times(1.5);
+        else if (p == ServoParameter::stall || p == ServoParameter::no_load)
+          x *= times(1.15);
+      }
+      simulate(m, begin.record, 4 * options_.step_s, position, effort);
+      std::vector<double> off, off_nm;
+      for (std::size_t i = 0; i < position.size(); ++i) {
+        off.push_back(math::fabs(begin.record.position_rad[i] - position[i]));
+        if (with_effort_ && !math::is_nan(begin.record.effort_nm[i]))
+          off_nm.push_back(math::fabs(begin.record.effort_nm[i] - effort[i]));
+      }
+      const double size = math::log(rms_of(off)) + (off_nm.empty() ? 0 : math::log(rms_of(off_nm)));
+      if (size < least) least = size, best = m;
+    }
+    const OutputFit coarse = improve(begin, best, 4 * options_.step_s, 8, nullptr, true);
+    best = with(best, coarse.value);
+    return with(best, improve(begin, best, 3 * options_.step_s, 10).value);
+  }
+
   void simulate(const ServoModel& m, const ServoRecord& r, double step_s, std::span<double> position_rad,
                 std::span<double> effort_nm) const {
     m.run(r.commands, {.first_rad = r.position_rad[0], .step_s = step_s}, r.time_s, position_rad, effort_nm);
@@ -230,11 +335,14 @@ class ServoFitter {
   void name_unknown(const OutputFit& fit, const ServoModel& model, ServoFit& result) const;
   void fit_parts(const OutputFit& pooled, const ServoModel& model, ServoFit& result) const;
   void report_errors(ServoFit& result) const;
+  void compare_sides(const Candidate& chosen, const Candidate& other, ServoFit& result) const;
+  void judge(ServoFit& result) const;
 
   const ServoRecord& record_;
   const ServoFitOptions& options_;
   bool with_effort_ = false;
   double first_s_ = 0, hold_from_s_ = 0;
+  double resolution_rad_ = 0;  // of the encoder; 0: it has no steps
   std::vector<ServoParameter> free_;
 };
 
@@ -262,7 +370,7 @@ void ServoFitter::fit_parts(const OutputFit& pooled, const ServoModel& model, Se
     for (const ServoModel& m : found) sum += number(m, p) / n;
     for (const ServoModel& m : found) square += (number(m, p) - sum) * (number(m, p) - sum);
     e.value = sum;
-    e.half_width = kOfCommonStart * student_95(n - 1) * math::sqrt(square / (n - 1) / n);
+    e.half_width = of_common_start(p) * student_95(n - 1) * math::sqrt(square / (n - 1) / n);
     number(result.model, p) = sum;
   }
 }
@@ -317,12 +425,8 @@ void ServoFitter::report_errors(ServoFit& result) const {
         rms(from, until, [&](std::size_t i) { return record_.position_rad[i] - position[i]; }),
         with_effort_ ? rms(from, until, [&](std::size_t i) { return record_.effort_nm[i] - effort[i]; }) : math::kNan};
   };
-  const auto index = [&](double t) {
-    return static_cast<std::size_t>(std::lower_bound(record_.time_s.begin(), record_.time_s.end(), t) -
-                                    record_.time_s.begin());
-  };
-  const std::size_t fitted = index(hold_from_s_);
-  result.fitted = in(index(first_s_ + options_.settle_s), fitted);
+  const std::size_t fitted = index_of(hold_from_s_);
+  result.fitted = in(index_of(first_s_ + options_.settle_s), fitted);
   result.held_out = in(fitted, n);
   double mean = 0, mean_nm = 0;
   for (std::size_t i = fitted; i < n; ++i) mean += record_.position_rad[i] / static_cast<double>(n - fitted);
@@ -331,6 +435,44 @@ void ServoFitter::report_errors(ServoFit& result) const {
   result.moved = {
       rms(fitted, n, [&](std::size_t i) { return record_.position_rad[i] - mean; }),
       with_effort_ ? rms(fitted, n, [&](std::size_t i) { return record_.effort_nm[i] - mean_nm; }) : math::kNan};
+}
+
+/// Whether the better one is better by more than chance, from stretches of the part held out.
+void ServoFitter::compare_sides(const Candidate& chosen, const Candidate& other, ServoFit& result) const {
+  const std::size_t n = chosen.position_off.size(), from = index_of(hold_from_s_);
+  const double sigma = rms_of(chosen.position_off), sigma_nm = rms_of(chosen.effort_off);
+  std::vector<double> blocks;
+  double begin_s = hold_from_s_ - 1;
+  for (std::size_t i = 0; i < n; ++i) {
+    if (record_.time_s[from + i] - begin_s >= options_.block_s) begin_s = record_.time_s[from + i], blocks.push_back(0);
+    const auto worse = [&](const std::vector<double>& a, const std::vector<double>& b, double scale) {
+      return i < a.size() ? (b[i] * b[i] - a[i] * a[i]) / (scale * scale) : 0;
+    };
+    blocks.back() +=
+        worse(chosen.position_off, other.position_off, sigma) + worse(chosen.effort_off, other.effort_off, sigma_nm);
+  }
+  double mean = 0, square = 0;
+  const double count = static_cast<double>(blocks.size());
+  for (const double b : blocks) mean += b / count;
+  for (const double b : blocks) square += (b - mean) * (b - mean);
+  // Fits that end in neighbouring minima differ a little, whatever is true.
+  const double share = mean * count / static_cast<double>(n + chosen.effort_off.size());
+  result.side_known =
+      count > 2 && share > kBetterSide && mean > student_95(count - 1) * math::sqrt(square / (count - 1) / count);
+  if (!result.side_known)
+    result.unknown.push_back("the encoder's side of the play: at the joint or at the motor, both fit equally well");
+}
+
+void ServoFitter::judge(ServoFit& result) const {
+  const double steps_rad = resolution_rad_ / math::sqrt(12.0);
+  result.doubtful = steps_rad > 0 && result.held_out.position_rad > kExplained * steps_rad;
+  if (!result.doubtful) return;
+  char text[200];
+  std::snprintf(text, sizeof text,
+                "whether the fit is stuck or the model lacks something: it misses the part held out by %.1f times what "
+                "the encoder's steps alone make; numbers and intervals may be wrong",
+                result.held_out.position_rad / steps_rad);
+  result.unknown.push_back(text);
 }
 
 }  // namespace

@@ -52,16 +52,19 @@ struct ServoFit {
   std::array<ServoEstimate, kServoParameters> estimates{};
   std::vector<std::string> unknown;  // what the record does not show, and what would
   ServoError fitted, held_out;
-  ServoError moved;  // of the measurements from their mean, in the part held out
+  ServoError moved;        // of the measurements from their mean, in the part held out
+  bool side_known = true;  // false: an encoder on the other side of the play fits equally well
+  bool doubtful = false;   // the part held out is missed by more than the encoder's steps explain
   int rounds = 0;
   const ServoEstimate& of(ServoParameter p) const { return estimates[static_cast<std::size_t>(p)]; }
 };
 
-/// Fits the model's positions and efforts, from several starts. Then it fits parts of the record on their own: the
-/// numbers are their means, and the intervals are three times Student's for means of so many (docs/identify.md says why
-/// three). They hold also where the model is wrong in small things, whose errors differ from part to part; each part
-/// must show all kinds of motion for that. Thread:  owner.   RT: no: about a second for 40 s. Errors:  `problem`: too
-/// short, nothing moved, no commands.
+/// Fits the model's positions and efforts, from several starts and for both sides of the encoder; where that leaves
+/// more than the encoder's steps do, from more. Then it fits parts of the record on their own: the numbers are their
+/// means, and the intervals are 2.2 or 3 times Student's for means of so many (docs/identify.md says why). They hold
+/// also where the model is wrong in small things, whose errors differ from part to part; each part must show all kinds
+/// of motion for that. Thread:  owner.   RT: no: some seconds for 40 s. Errors:  `problem`: too short, nothing moved,
+/// no commands.
 ServoFit fit_servo(const ServoRecord& record, const ServoFitOptions& options = {});
 
 /// A model to begin with: efforts against positions and their derivatives, or typical values where there are no

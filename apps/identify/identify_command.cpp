@@ -64,13 +64,15 @@ Json to_json(const ServoFit& fit) {
   json["fitted_rms"] = error(fit.fitted), json["held_out_rms"] = error(fit.held_out),
   json["moved_rms"] = error(fit.moved);
   json["unknown"] = fit.unknown;
+  json["encoder_known"] = fit.side_known, json["doubtful"] = fit.doubtful;
   return json;
 }
 
 void tell(const std::string& name, const identify::ServoRecord& record, const ServoFit& fit) {
   if (!fit.problem.empty()) return put(fmt::format("{}: {}\n", name, fit.problem));
-  put(fmt::format("{}: {:.1f} s alone in motion; encoder at the {}\n", name,
-                  record.time_s.back() - record.time_s.front(), fit.model.encoder_at_motor ? "motor" : "joint"));
+  put(fmt::format("{}: {:.1f} s alone in motion; encoder at the {}{}\n", name,
+                  record.time_s.back() - record.time_s.front(), fit.model.encoder_at_motor ? "motor" : "joint",
+                  fit.side_known ? "" : ", or on the other side of the play"));
   for (std::size_t i = 0; i < identify::kServoParameters; ++i) {
     const ServoEstimate& e = fit.estimates[i];
     const auto& text = identify::servo_parameters()[i];

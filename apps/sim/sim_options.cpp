@@ -301,7 +301,8 @@ std::string read_servos(SimulatorOptions& s) {
     for (const WireLineSpec::Event& event : s.lines[i].events)
       if (event.kind != WireLineSpec::Event::Kind::gone &&
           std::ranges::none_of(s.servos, [&](const WireServo& o) { return on_it(o) && o.id == event.id; }))
-        return fmt::format("--serial: no servo on {} has the id {} of its reboot= or off=", s.lines[i].path, event.id);
+        return fmt::format("--serial: no servo on {} has the id {} of its reboot=, off=, overload= or hot=",
+                           s.lines[i].path, event.id);
   }
   return "";
 }

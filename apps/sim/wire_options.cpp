@@ -44,7 +44,7 @@ void WireOptions::describe(CLI::App& app) {
   app.add_option("--serial", serial,
                  "real time: a half-duplex line with servos, as a pseudo terminal with the name PATH; behind it, with "
                  "commas, bit_rate=N, echo, latency_ms=N, lost=SHARE, delay_us=N, reboot=ID@SECOND, off=ID@SECOND, "
-                 "gone@SECOND; may be repeated")
+                 "overload=ID@SECOND, hot=ID@SECOND, gone@SECOND; may be repeated")
       ->allow_extra_args(false)
       ->type_name("PATH[,KEY=VALUE...]");
   app.add_option("--iio", iio, "real time: the IMU also as the kernel's IIO would show it, under this folder");

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "drivers/key_number.hpp"
+
 namespace sinew::drivers {
 namespace {
 
@@ -14,6 +16,9 @@ using wire::DxlVersion;
 constexpr Duration kReopen = 500ms;
 constexpr Duration kFirstDelay = 600us;  // a servo that is not set up yet waits 500 us before it answers
 constexpr Duration kThink = 100us;       // of a servo, beside its return delay
+constexpr Duration kQuiet = 20ms;        // longer than the 16 ms for which an adapter (FTDI) may keep bytes
+constexpr Duration kOwed = 100ms;        // after so long nobody answers any more
+constexpr int kOftenLate = 3;
 
 }  // namespace
 
@@ -174,10 +179,8 @@ void SerialHub::take_byte(std::uint8_t byte, Time now) noexcept {
 void SerialHub::on_packet(const DxlPacket& packet, Time now) noexcept {
   const bool two = version() == DxlVersion::two;
   Waiting& w = waiting_;
-  if (w.what == Waiting::For::nobody || (two && !packet.is(DxlInstruction::status))) {
-    counters_.foreign.add();
-    return;
-  }
+  if (two && !packet.is(DxlInstruction::status)) return counters_.foreign.add();
+  if (w.what == Waiting::For::nobody) return on_stray(packet, now);
   if (w.how == CycleRead::fast && w.what == Waiting::For::cycle) {
     wire::DxlFastParts parts(packet);
     wire::DxlFastPart part;
@@ -186,10 +189,13 @@ void SerialHub::on_packet(const DxlPacket& packet, Time now) noexcept {
     if (w.at == w.members.size()) wait_is_over(now);
     return;
   }
-  for (std::size_t i = w.at; i < w.members.size(); ++i) {
+  // An answer without an error that has another size is to another question.
+  const bool fits = packet.parameters.size() == w.size || servos_[w.members[w.at]].servo->refused(packet.error);
+  for (std::size_t i = w.at; fits && i < w.members.size(); ++i) {
     if (servos_[w.members[i]].servo->id() != packet.id) continue;
     for (; w.at < i; ++w.at) {  // the answers before this one did not come
       counters_.missed.add();
+      miss(w.members[w.at], now);
       servos_[w.members[w.at]].servo->on_missed();
     }
     ++w.at;
@@ -197,11 +203,60 @@ void SerialHub::on_packet(const DxlPacket& packet, Time now) noexcept {
     if (w.at == w.members.size()) wait_is_over(now);
     return;
   }
+  on_stray(packet, now);
+}
+
+void SerialHub::miss(std::size_t servo, Time now) noexcept {
+  Entry& e = servos_[servo];
+  if (now - e.owed_at > kOwed) e.owed = 0;
+  ++e.owed;
+  e.owed_at = now;
+}
+
+/// Protocol 1.0: a whole echo of a question, of which the start was lost, is not told from an answer otherwise.
+bool SerialHub::is_echo(const DxlPacket& packet) const noexcept {
+  if (version() == DxlVersion::two || packet.parameters.empty() || packet.parameters[0] != question_.reg.address)
+    return false;
+  return packet.is(DxlInstruction::read) || packet.is(DxlInstruction::write);
+}
+
+/// An answer that nobody waits for now.
+void SerialHub::on_stray(const DxlPacket& packet, Time now) noexcept {
   counters_.foreign.add();
+  if (is_echo(packet)) return;
+  if (packet.id == wire::kDxlBroadcast && version() == DxlVersion::two) return note_late(now);  // to a fast read
+  for (std::size_t i = 0; i < servos_.size(); ++i) {
+    Entry& e = servos_[i];
+    if (e.servo->id() != packet.id) continue;
+    if (e.owed > 0 && now - e.owed_at <= kOwed) {
+      --e.owed;
+      note_late(now);
+    } else if (!is_late(now)) {
+      e.servo->on_double(now);
+      report(i);
+    }
+    return;
+  }
+}
+
+void SerialHub::note_late(Time now) noexcept {
+  counters_.late.add();
+  if (now - late_at_ > 1s) lates_ = in_time_ = 0;
+  late_at_ = now;
+  ++lates_;
+  if (!is_late(now)) return;
+  quiet_until_ = now + kQuiet;
+  line_late_ns_.store(now.ns);
+}
+
+/// Single ones are of bytes that were lost, or of a machine that was busy.
+bool SerialHub::is_late(Time now) const noexcept {
+  return lates_ >= kOftenLate && lates_ > in_time_ && now - late_at_ <= 1s;
 }
 
 void SerialHub::on_answer(std::size_t i, std::uint8_t error, std::span<const std::uint8_t> data, Time now) noexcept {
   counters_.answered.add();
+  ++in_time_;
   if (waiting_.what == Waiting::For::cycle)
     servos_[i].servo->on_cycle(now, error, data);
   else
@@ -228,6 +283,9 @@ void SerialHub::wait_is_over(Time now) noexcept {
   if (cycle && w.how == CycleRead::fast) fast_failed_ = !complete;
   if (!complete) {
     counters_.missed.add(static_cast<std::uint32_t>(w.members.size() - w.at));
+    for (std::size_t i = w.at; i < w.members.size(); ++i) miss(w.members[i], now);
+    // These answers will come, too: not while others are waited for.
+    if (is_late(now)) quiet_until_ = now + kQuiet;
     SerialServo& first = *servos_[w.members[w.at]].servo;
     if (!cycle)
       first.on_silence(now);
@@ -314,8 +372,9 @@ void SerialHub::take_torque(bool (*from)(const SerialServo&)) noexcept {
   }
 }
 
-/// Asks the next servos of this cycle. False: all have been asked.
+/// Asks the next servos of this cycle. False: all have been asked, or the line is to be silent.
 bool SerialHub::ask_next_group(Time now) noexcept {
+  if (now < quiet_until_) return false;
   for (; group_ < groups_.size(); ++group_, member_ = 0) {
     const Group& group = groups_[group_];
     Waiting& w = waiting_;
@@ -363,6 +422,7 @@ bool SerialHub::ask_next_group(Time now) noexcept {
 /// One question to one servo: those that wait for one first, then all in turn. `first`: the one that each cycle has
 /// time for; others only as long as the next tick does not have to wait for them.
 bool SerialHub::ask_one(Time now, bool first) noexcept {
+  if (now < quiet_until_) return false;
   const Duration most = bytes_time(wire::dxl_instruction_bytes(version(), 4) + wire::dxl_status_bytes(version(), 10)) +
                         kFirstDelay + kThink + config_.rate.latency;
   if (!first && now + most > last_tick_ + part_of(period_, kEarliestTick)) return false;
@@ -390,6 +450,9 @@ bool SerialHub::ask_one(Time now, bool first) noexcept {
       waiting_.what = Waiting::For::question;
       waiting_.members.assign(1, i);
       waiting_.at = 0;
+      waiting_.how = CycleRead::single;
+      waiting_.size = q.answer_size();
+      question_ = q;
       waiting_.deadline = busy_until_ + bytes_time(wire::dxl_status_bytes(v, q.answer_size())) + kThink + kFirstDelay +
                           config_.rate.latency;
       return true;
@@ -422,13 +485,18 @@ void SerialHub::recover(Time now) noexcept {
 }
 
 std::string SerialHub::trouble() const {
-  return gone_.load(std::memory_order_relaxed) ? "the serial line is gone (unplugged?)" : "";
+  if (gone_.load(std::memory_order_relaxed)) return "the serial line is gone (unplugged?)";
+  const std::int64_t late_ns = line_late_ns_.load();
+  if (late_ns == 0 || os_.now() - Time{late_ns} > 1s) return "";
+  return "answers come after their time (the adapter's latency timer? latency_ms is " +
+         key_number(msg::seconds(config_.rate.latency) * 1e3) + ")";
 }
 
 SerialHubStats SerialHub::stats() const noexcept {
   SerialHubStats s;
   s.ticks = counters_.ticks.value(), s.late_ticks = counters_.late_ticks.value();
-  s.asked = counters_.asked.value(), s.answered = counters_.answered.value(), s.missed = counters_.missed.value();
+  s.asked = counters_.asked.value(), s.answered = counters_.answered.value(), s.missed = counters_.missed.value(),
+  s.late = counters_.late.value();
   s.foreign = counters_.foreign.value(), s.broken = counters_.broken.value();
   s.echoed = counters_.echoed.value(), s.errors = counters_.errors.value();
   s.longest_cycle_s = counters_.longest_s.load();

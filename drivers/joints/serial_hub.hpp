@@ -25,6 +25,7 @@ struct SerialHubStats {
   std::uint64_t ticks = 0, late_ticks = 0;  // late: by more than a period
   std::uint64_t asked = 0, answered = 0;    // questions to one or several servos; answers of one servo
   std::uint64_t missed = 0;                 // answers that did not come in time
+  std::uint64_t late = 0;                   // of these, answers that came afterwards
   std::uint64_t foreign = 0;                // packets that nobody waited for
   std::uint64_t broken = 0;                 // packets with a wrong check
   std::uint64_t echoed = 0;                 // bytes of our own that came back
@@ -36,9 +37,11 @@ struct SerialHubStats {
 /// fast or bulk read, or one by one, as the models can), then one question to one servo: slow registers in turn,
 /// set-up, servos that are not there. More such questions follow where the cycle has time left. A servo that does not
 /// answer silences those behind it; after two cycles it is asked alone until it is back. Echo of our own bytes is
-/// dropped, where the adapter has one. A line that is unplugged is opened again each half second. Ticks follow the loop
-/// that makes setpoints, as CanHub's. Thread:  add(), configure(), start(), stop(): owner. poke(), stats(), trouble():
-/// any. step(): its thread, or a test's. RT:      step() yes, but for the opening of a line that was gone.
+/// dropped, where the adapter has one. Where most answers come too late, each could be taken for that to a later
+/// question: then nothing is asked until the line has been silent. A servo that answers what nobody asked is one of two
+/// with its number. A line that is unplugged is opened again each half second. Ticks follow the loop that makes
+/// setpoints, as CanHub's. Thread:  add(), configure(), start(), stop(): owner. poke(), stats(), trouble(): any.
+/// step(): its thread, or a test's. RT:      step() yes, but for the opening of a line that was gone.
 class SerialHub final : public JointHub {
  public:
   /// Opens the line anew; `why` in words.
@@ -79,6 +82,8 @@ class SerialHub final : public JointHub {
     std::unique_ptr<SerialServo> servo;
     ServoOwner* owner = nullptr;
     std::size_t index = 0;
+    int owed = 0;    // answers that did not come in time
+    Time owed_at{};  // since the last of them
   };
   /// Servos that are read by one packet; of `single` each by its own.
   struct Group {
@@ -102,6 +107,11 @@ class SerialHub final : public JointHub {
   void take_byte(std::uint8_t byte, Time now) noexcept;
   void on_packet(const wire::DxlPacket& packet, Time now) noexcept;
   void on_answer(std::size_t servo, std::uint8_t error, std::span<const std::uint8_t> data, Time now) noexcept;
+  void on_stray(const wire::DxlPacket& packet, Time now) noexcept;
+  void note_late(Time now) noexcept;
+  bool is_late(Time now) const noexcept;
+  void miss(std::size_t servo, Time now) noexcept;
+  bool is_echo(const wire::DxlPacket& packet) const noexcept;
   void wait_is_over(Time now) noexcept;
   void tick(Time now) noexcept;
   void write_goals() noexcept;
@@ -131,13 +141,17 @@ class SerialHub final : public JointHub {
   std::array<std::uint8_t, 4096> sent_{};  // what may come back as an echo
   std::size_t sent_size_ = 0, echo_at_ = 0;
   Time busy_until_{};  // the line carries what we sent
+  Time quiet_until_{}, late_at_{};
+  std::uint32_t lates_ = 0, in_time_ = 0;  // answers since the first late one, none of which was a second apart
+  LineQuestion question_;                  // the last one to one servo
+  hal::Wide<std::int64_t> line_late_ns_{0};
 
   hal::WakeWord word_{0};
   std::atomic<bool> sleeping_{false}, ending_{false}, poked_{false}, gone_{false};
   std::unique_ptr<hal::Thread> thread_;
   Time next_tick_{}, last_tick_{}, next_open_{};
   struct Counters {
-    hal::Tally ticks, late_ticks, asked, answered, missed, foreign, broken, echoed, errors;
+    hal::Tally ticks, late_ticks, asked, answered, missed, late, foreign, broken, echoed, errors;
     hal::Wide<double> longest_s;
   } counters_;
   std::uint64_t broken_seen_ = 0;

@@ -358,6 +358,7 @@ void SerialServo::set_answered(Time now, const LineQuestion& asked, std::span<co
   } else if (s.kind == Setting::Kind::look) {
     joint_.set_drive_faults(now, wire::servo_faults(model_, static_cast<std::uint8_t>(is)),
                             static_cast<std::uint32_t>(is));
+    if (is != 0) clear_.attempt(now);  // the last reboot did not help: it is said for a while before the next
   } else if (s.kind == Setting::Kind::keep && read && is != s.value) {
     setting_differs_ = true;
     return;
@@ -404,6 +405,7 @@ void SerialServo::rebooted(Time now) noexcept {
   joint_.forget_position();
   joint_.went_off();
   joint_.set_drive_faults(now, 0, 0);
+  joint_.set_mode(msg::JointMode::absent);
   probe_.reset();
 }
 

@@ -65,6 +65,10 @@ class SerialServo final : public JointServo {
   /// It was asked with the others, and did not answer. After a few it is asked alone: behind a servo that is silent
   /// nobody answers.
   void on_missed() noexcept;
+  /// It answered what it was not asked.
+  void on_double(Time now) noexcept { joint_.looks_double(now); }
+  /// An answer that says that the question was not taken; it has no data.
+  bool refused(std::uint8_t error) const noexcept;
 
   // ---- one question at a time ----
 
@@ -96,7 +100,6 @@ class SerialServo final : public JointServo {
   void note_error(Time now, std::uint8_t error) noexcept;
   void set_answered(Time now, const LineQuestion& asked, std::span<const std::uint8_t> data) noexcept;
   void rebooted(Time now) noexcept;
-  bool refused(std::uint8_t error) const noexcept;
   std::int32_t position_count(double joint_rad) const noexcept;
   std::int32_t goal_count(double value) const noexcept;
 

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
+#include <utility>
+
+#include "msg/joints.hpp"
 
 namespace sinew::plant {
 namespace {
@@ -19,14 +22,18 @@ bool read_number(std::string_view text, double least, double most, double& out) 
   return wrong == std::errc() && rest == end && out >= least && out <= most;
 }
 
-/// "reboot=ID@S", "off=ID@S", "gone@S".
+/// "gone@S", or the name of another event, "=ID@S".
 bool read_event(std::string_view text, std::vector<WireLineSpec::Event>& events) {
   using Kind = WireLineSpec::Event::Kind;
   WireLineSpec::Event event;
   const auto at = text.find('@');
   if (at == std::string_view::npos || !read_number(text.substr(at + 1), 0, 1e6, event.at_s)) return false;
   std::string_view what = text.substr(0, at);
-  event.kind = what.starts_with("reboot=") ? Kind::reboot : what.starts_with("off=") ? Kind::off : Kind::gone;
+  constexpr std::pair<std::string_view, Kind> kNames[] = {
+      {"reboot=", Kind::reboot}, {"off=", Kind::off}, {"overload=", Kind::overload}, {"hot=", Kind::hot}};
+  event.kind = Kind::gone;
+  for (const auto& [name, kind] : kNames)
+    if (what.starts_with(name)) event.kind = kind;
   double id = 0;
   if (event.kind == Kind::gone ? what != "gone" : !read_number(what.substr(what.find('=') + 1), 0, 253, id))
     return false;
@@ -74,7 +81,7 @@ std::optional<WireLineSpec> parse_wire_line(const std::string& whole, std::strin
       "'" + whole +
       "' is not PATH and then, with commas between them, any of bit_rate=9600..4500000, echo, latency_ms=0..50 (of the "
       "adapter), lost=0..0.5 (of the bytes), delay_us=0..508 (of the servos at first), reboot=ID@SECOND, "
-      "off=ID@SECOND, gone@SECOND";
+      "off=ID@SECOND, overload=ID@SECOND, hot=ID@SECOND, gone@SECOND";
   return std::nullopt;
 }
 
@@ -120,6 +127,7 @@ sim_hil::SimDrive& WireLine::add(PlantJoints& joints, std::size_t index, const w
   servo.servo =
       std::make_unique<sim_hil::SimSerialServo>(*line_, *servo.joint, sim_hil::SimMount{.zero_rad = zero_rad}, p);
   servo.id = id;
+  servo.model = &model;
   return *servo.servo;
 }
 
@@ -165,15 +173,23 @@ void WireLine::step(Time plant_now) {
   const std::lock_guard lock(mutex_);
   for (Servo& servo : servos_) servo.joint->exchange();
   for (std::size_t i = 0; i < spec_.events.size(); ++i) {
-    const WireLineSpec::Event& event = spec_.events[i];
-    if (happened_[i] || msg::seconds(plant_now) < event.at_s) continue;
+    if (msg::seconds(plant_now) < spec_.events[i].at_s) continue;
+    act(spec_.events[i], !happened_[i]);
     happened_[i] = true;
-    if (event.kind == WireLineSpec::Event::Kind::gone) gone_ = true;
-    for (Servo& servo : servos_) {
-      if (servo.id != event.id) continue;
-      if (event.kind == WireLineSpec::Event::Kind::reboot) servo.servo->reboot(os_.now());
-      if (event.kind == WireLineSpec::Event::Kind::off) servo.servo->power(false);
-    }
+  }
+}
+
+void WireLine::act(const WireLineSpec::Event& event, bool first) {
+  using Kind = WireLineSpec::Event::Kind;
+  if (event.kind == Kind::gone) gone_ = true;
+  for (Servo& s : servos_) {
+    sim_hil::SimSerialServo& servo = *s.servo;
+    if (s.id != event.id) continue;
+    const auto fails = [&](std::uint32_t faults) { servo.fail(wire::servo_fault_bits(*s.model, faults)); };
+    if (event.kind == Kind::reboot && first) servo.reboot(os_.now());
+    if (event.kind == Kind::off && first) servo.power(false);
+    if (event.kind == Kind::overload && servo.live()) fails(msg::kJointOverload);
+    if (event.kind == Kind::hot && !servo.faulty()) fails(msg::kJointOverTemperature);
   }
 }
 

@@ -20,10 +20,10 @@ struct WireLineSpec {
   sim_hil::SimLineOptions line;     // bit_rate, echo, latency_ms
   double lost = 0;                  // share of the bytes that reach nobody
   std::uint8_t return_delay = 250;  // of its servos at first, in 2 us: delay_us
-  /// reboot=ID@S, off=ID@S: the servo is without power from then on; gone@S: the adapter is unplugged. At S of plant
-  /// time, once; may be repeated.
+  /// reboot=ID@S, off=ID@S: the servo is without power from then on; overload=ID@S: whenever it has torque from then
+  /// on; hot=ID@S: too hot from then on; gone@S: the adapter is unplugged. At S of plant time, once; may be repeated.
   struct Event {
-    enum class Kind : std::uint8_t { reboot, off, gone } kind = Kind::reboot;
+    enum class Kind : std::uint8_t { reboot, off, overload, hot, gone } kind = Kind::reboot;
     std::uint32_t id = 0;
     double at_s = 0;
   };
@@ -62,8 +62,10 @@ class WireLine {
     std::unique_ptr<Joint> joint;
     std::unique_ptr<sim_hil::SimSerialServo> servo;
     std::uint32_t id = 0;
+    const wire::ServoModel* model = nullptr;
   };
   void run();
+  void act(const WireLineSpec::Event& event, bool first);
 
   hal::Os& os_;
   std::unique_ptr<hal::Serial> end_;

@@ -62,6 +62,11 @@ void SimSerialLine::set_latency(Duration latency) {
   options_.latency = latency;
 }
 
+void SimSerialLine::set_echo(bool echo) {
+  const std::lock_guard lock(mutex_);
+  options_.echo = echo;
+}
+
 void SimSerialLine::send(const SimLineDevice& from, std::span<const std::uint8_t> bytes, Time at) {
   const std::lock_guard lock(mutex_);
   put(&from, bytes, at);

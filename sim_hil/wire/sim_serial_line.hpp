@@ -57,6 +57,7 @@ class SimSerialLine {
   /// False: the host's end is gone (unplugged).
   void connect(bool connected);
   void set_latency(hal::Duration latency);
+  void set_echo(bool echo);
 
   /// For devices, in hear() and advance(): sends from `at` on.
   void send(const SimLineDevice& from, std::span<const std::uint8_t> bytes, hal::Time at);

@@ -86,6 +86,7 @@ void SimSerialServo::reboot(Time now) {
 }
 
 void SimSerialServo::fail(std::uint32_t code) {
+  if (code == 0 && p_.model->version == DxlVersion::two) return;
   error_bits_ = static_cast<std::uint8_t>(code);
   if (p_.model->hardware_error) set_number(p_.model->hardware_error, error_bits_);
   if (code == 0) return;
@@ -154,13 +155,15 @@ void SimSerialServo::hear(std::uint8_t byte, Time now) {
 
 void SimSerialServo::on_packet(const DxlPacket& packet, Time now) {
   const bool answer = packet.is(DxlInstruction::status) && p_.model->version == DxlVersion::two;
-  if (turn_ && packet.id == turn_->predecessor) {
+  // Of 1.0 an answer looks like an instruction.
+  if (turn_ && packet.id == turn_->predecessor && (answer || p_.model->version == DxlVersion::one)) {
     const Turn turn = *turn_;
     turn_.reset();
     read(turn.address, turn.size, now);
     return;
   }
   if (answer) return;
+  if (p_.model->version == DxlVersion::two) turn_.reset(), part_.reset();  // the host asks something else
   instructed_ = now;
   if (packet.id != id() && packet.id != wire::kDxlBroadcast) return;
   turn_.reset(), part_.reset();

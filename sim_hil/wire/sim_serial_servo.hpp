@@ -28,6 +28,7 @@ class SimSerialServo final : public SimDrive, public SimLineDevice {
   void advance(Time now) override { SimDrive::advance(now); }
   /// Its Hardware Error Status, or the error bits of 1.0; 0: the cause is gone. 2.0 forgets it in a reboot alone.
   void fail(std::uint32_t code) override;
+  bool faulty() const { return error_bits_ != 0; }
   bool live() const override { return live_; }
   /// As by the instruction, or by a moment without power: no torque, deaf for Parameters::boot.
   void reboot(Time now);

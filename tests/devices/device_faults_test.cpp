@@ -19,7 +19,7 @@ namespace {
 
 std::vector<RigKind> all_rigs() {
   std::vector<RigKind> all;
-  for (auto* some : {iio_rigs, chip_rigs, serial_rigs, camera_rigs, joint_rigs}) {
+  for (auto* some : {iio_rigs, chip_rigs, serial_rigs, camera_rigs, joint_rigs, serial_joint_rigs}) {
     const auto list = some();
     all.insert(all.end(), list.begin(), list.end());
   }
@@ -29,7 +29,7 @@ std::vector<RigKind> all_rigs() {
 /// All cells of one device.
 std::vector<Cell> play(const RigKind& kind) {
   std::vector<Cell> cells;
-  for (const Fault fault : kFaults) {
+  for (const Fault fault : kind.make()->faults()) {
     const auto ways = kind.make()->ways(fault);
     EXPECT_FALSE(ways.empty()) << kind.title << ": no cell for " << to_string(fault);
     for (std::size_t way = 0; way < ways.size(); ++way) {
@@ -77,7 +77,6 @@ TEST(DeviceFaultsPage, EveryDriverOfTheRegistryHasATable) {
     if (driver.measures == "radio") continue;       // its faults are a network's: tests/hal/linux/udp_radio_test.cpp
     if (driver.name.starts_with("text")) continue;  // as well: tests/drivers/text/text_link_test.cpp
     if (driver.name == "grab") continue;            // another program's: tests/grab
-    if (driver.name == "serial_servos") continue;   // a line's: tests/drivers/joints/serial_servo_test.cpp
     if (driver.name == "usarsim_images") continue;  // a network's: tests/hal/linux/image_server_camera_test.cpp
     if (driver.name == "published") continue;       // no device: whoever reads the topic moves the joints
     EXPECT_TRUE(played.contains(std::string(driver.name))) << driver.name << ": nobody plays its faults";

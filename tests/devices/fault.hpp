@@ -1,17 +1,28 @@
 #pragma once
-// The nine faults, and the outcome of one cell of the matrix.
+// The faults, and the outcome of one cell of the matrix.
 #include <array>
 #include <string>
 #include <vector>
 
 namespace sinew::test {
 
-enum class Fault { absent, denied, busy, unplugged, silent, garbage, slow, stuck, duplicate };
+/// The last two are of servos on a serial line alone.
+enum class Fault { absent, denied, busy, unplugged, silent, garbage, slow, stuck, duplicate, reboots, alarm };
+/// Of every device.
 inline constexpr std::array kFaults{Fault::absent,  Fault::denied, Fault::busy,  Fault::unplugged, Fault::silent,
                                     Fault::garbage, Fault::slow,   Fault::stuck, Fault::duplicate};
 inline const char* to_string(Fault fault) {
-  constexpr const char* kNames[] = {
-      "absent at start", "permission denied", "busy", "unplugged", "silent", "garbage", "slow", "stuck", "duplicate"};
+  constexpr const char* kNames[] = {"absent at start",
+                                    "permission denied",
+                                    "busy",
+                                    "unplugged",
+                                    "silent",
+                                    "garbage",
+                                    "slow",
+                                    "stuck",
+                                    "duplicate",
+                                    "reboots",
+                                    "says that it is faulty"};
   return kNames[static_cast<int>(fault)];
 }
 /// These are there before the run starts; the others strike while it is armed.
@@ -36,6 +47,7 @@ inline const char* to_string(Reason reason) {
 struct Way {
   std::string label{};
   std::vector<Reason> cannot{};  // empty: it can
+  bool harmless = false;         // nobody has to notice it
 };
 
 struct Cell {

@@ -53,6 +53,8 @@ class BenchConnectors final : public hal::Connectors {
 class Rig {
  public:
   virtual ~Rig() = default;
+  /// What is played: each of kFaults, and what this device has beside them.
+  virtual std::vector<Fault> faults() const { return {kFaults.begin(), kFaults.end()}; }
   /// The ways in which a fault can be played here; one way without a label where there is only one.
   virtual std::vector<Way> ways(Fault) const { return {{}}; }
   virtual void inject(Fault fault, std::size_t way) = 0;
@@ -85,6 +87,7 @@ std::vector<RigKind> serial_rigs();
 std::vector<RigKind> iio_rigs();
 std::vector<RigKind> camera_rigs();
 std::vector<RigKind> joint_rigs();
+std::vector<RigKind> serial_joint_rigs();
 
 /// A table of a robot file.
 inline drivers::DeviceSpec table(const std::string& name, const std::string& driver,

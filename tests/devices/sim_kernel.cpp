@@ -13,6 +13,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdarg>
 #include <cstring>
@@ -125,6 +127,11 @@ int SerialNode::ioctl(unsigned long request, void* argument) {
 void SerialNode::send(std::span<const std::uint8_t> bytes) {
   // A line that nobody reads overflows in the kernel: lost, as there.
   if (far_ >= 0) (void)::send(far_, bytes.data(), bytes.size(), MSG_NOSIGNAL | MSG_DONTWAIT);
+}
+std::vector<std::uint8_t> SerialNode::heard() {
+  std::array<std::uint8_t, 512> bytes;
+  const auto n = far_ < 0 ? 0 : ::recv(far_, bytes.data(), bytes.size(), MSG_DONTWAIT);
+  return {bytes.data(), bytes.data() + std::max<ssize_t>(n, 0)};
 }
 void SerialNode::unplug() {
   if (far_ >= 0) ::close(far_);

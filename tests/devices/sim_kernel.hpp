@@ -9,6 +9,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <vector>
 
 #include "hal/buses.hpp"
 
@@ -75,7 +76,7 @@ class SpiNode final : public SimNode {
   std::shared_ptr<hal::SpiBus> chip_;
 };
 
-/// A serial line: bytes sent here arrive at once.
+/// A serial line: bytes that are sent here arrive at once.
 class SerialNode final : public SimNode {
  public:
   ~SerialNode() override { unplug(); }
@@ -83,6 +84,8 @@ class SerialNode final : public SimNode {
   int ioctl(unsigned long request, void* argument) override;
   int lock() override { return held ? -11 : 0; }
   void send(std::span<const std::uint8_t> bytes);
+  /// What the robot has sent since.
+  std::vector<std::uint8_t> heard();
   void unplug();
   bool held = false;  // by another program
 

@@ -277,4 +277,11 @@ std::uint32_t servo_faults(const ServoModel& model, std::uint8_t bits) noexcept 
   return faults;
 }
 
+std::uint8_t servo_fault_bits(const ServoModel& model, std::uint32_t faults) noexcept {
+  unsigned bits = 0;
+  for (const ServoFaultBit& f : model.faults)
+    if ((f.faults & faults) != 0) bits |= 1u << f.bit;
+  return static_cast<std::uint8_t>(bits);
+}
+
 }  // namespace sinew::wire

@@ -100,5 +100,7 @@ std::string servo_rates_text(const ServoModel& model);
 
 /// The msg::JointFault bits of a servo's error byte or register.
 std::uint32_t servo_faults(const ServoModel& model, std::uint8_t bits) noexcept;
+/// The other way round: the bits that say any of these faults.
+std::uint8_t servo_fault_bits(const ServoModel& model, std::uint32_t faults) noexcept;
 
 }  // namespace sinew::wire

@@ -130,7 +130,7 @@ class Lost(unittest.TestCase):
     def ends_in_its_posture(self, failsafe, *lines):
         """The run's failsafe has acted; the report of the world."""
         with Bench(lines, ["xm430_w350:1:1", "xm430_w350:1:2"]) as b:
-            run = b.run(8)
+            run = b.run(9)
             report = b.end()
         self.assertEqual(run.returncode, 1, run.stderr)
         self.assertIn(failsafe, run.stdout)
@@ -139,6 +139,11 @@ class Lost(unittest.TestCase):
     def test_a_servo_that_is_lost_ends_in_the_declared_posture(self):
         told, report = self.ends_in_its_posture("pan_lost", "pan,off=1@4", "tilt")
         self.assertIn("head.pan (dynamixel 1 on neck): absent", told)
+        self.assertLess(abs(report["tilt_rad"]), 0.6, "the other one looks straight ahead, against the rocking base")
+
+    def test_a_servo_that_stays_too_hot_ends_in_the_declared_posture(self):
+        told, report = self.ends_in_its_posture("pan_faulty", "pan,hot=1@3", "tilt")
+        self.assertIn("head.pan (dynamixel 1 on neck): fault: over-temperature (code 0x0004)", told)
         self.assertLess(abs(report["tilt_rad"]), 0.6, "the other one looks straight ahead, against the rocking base")
 
     def test_a_line_that_is_lost_ends_in_the_declared_posture(self):

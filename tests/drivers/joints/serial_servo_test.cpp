@@ -323,6 +323,38 @@ TEST(SerialServo, OneThatIsGoneDoesNotTakeThoseBehindItWithIt) {
   EXPECT_TRUE(rig.until(2, JointMode::enabled));
 }
 
+TEST_P(EachModel, AnswersThatComeTooLateAreNotTakenForThoseToLaterQuestions) {
+  SerialRig rig;
+  for (std::uint32_t id = 1; id <= 2; ++id) rig.add(GetParam(), SerialRig::plain(id));
+  rig.configure();
+  ASSERT_TRUE(rig.all_enabled());
+  rig.line[0]->wire.set_latency(16ms);
+  rig.run(300ms);
+  for (std::size_t i = 0; i < 2; ++i) EXPECT_EQ(rig.sample.mode[i], JointMode::absent) << i;
+  EXPECT_GE(rig.line[0]->hub.stats().late, 3u);
+  EXPECT_THAT(rig.line[0]->hub.trouble(), HasSubstr("answers come after their time"));
+  rig.line[0]->wire.set_latency(0ms);
+  EXPECT_TRUE(rig.all_enabled());
+  rig.run(1200ms);
+  EXPECT_EQ(rig.line[0]->hub.trouble(), "");
+}
+
+TEST(SerialServo, ASecondOneOfItsNumberIsAFault) {
+  SerialRig rig;
+  rig.add("xm430_w350", SerialRig::plain(1));
+  rig.configure();
+  ASSERT_TRUE(rig.until(0, JointMode::enabled));
+  sim_hil::JointModel joint;
+  // New from the factory: it answers 500 us after the other one.
+  const sim_hil::SimSerialServo::Parameters p{.id = 1, .model = wire::servo_model("xm430_w350")};
+  sim_hil::SimSerialServo twin(rig.line[0]->wire, joint, {}, p);
+  ASSERT_TRUE(rig.until(0, JointMode::fault));
+  EXPECT_TRUE((rig.sample.faults[0] & msg::kJointDuplicate) != 0);
+  EXPECT_FALSE(rig.sims[0]->live());
+  twin.power(false);
+  EXPECT_TRUE(rig.until(0, JointMode::enabled));
+}
+
 TEST(SerialServo, OneThatRebootedStartsAgainWhereItIsAndNeverAtAStaleGoal) {
   // A reboot so short that no answer is late enough to notice it, and one that is longer than the time-out.
   for (const Duration boot : {1ms, 350ms}) {

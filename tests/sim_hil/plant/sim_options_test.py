@@ -54,7 +54,7 @@ class Refusals(unittest.TestCase):
                       self.refused(*HEAD, "--serial", "x", "--serial", "y", *two, "xm430_w350:2"))
         self.assertIn("--serial: 'x,echo': another line has this path",
                       self.refused(*HEAD, "--serial", "x", "--serial", "x,echo", *two, "none"))
-        self.assertIn("--serial: no servo on x has the id 7 of its reboot= or off=",
+        self.assertIn("--serial: no servo on x has the id 7 of its reboot=, off=, overload= or hot=",
                       self.refused(*HEAD, "--serial", "x,reboot=7@3", *two, "none"))
         for wrong in ("x,walrus", "x,lost=0.9", "x,reboot=1", "x,gone=3", ",echo", "x,bit_rate=1e9"):
             self.assertIn(f"--serial: '{wrong}' is not PATH and then", self.refused(*HEAD, "--serial", wrong, *two, "none"))

@@ -208,6 +208,8 @@ TEST(SimSerialServo, AFaultIsAnAlertUntilAReboot) {
   rig.servos[0]->fail(1u << 5);
   EXPECT_FALSE(rig.servos[0]->live());
   EXPECT_EQ(rig.write(m.torque_enable, 1).at(0).error, wire::kDxlAlert | static_cast<int>(wire::DxlError::result_fail));
+  rig.servos[0]->fail(0);
+  EXPECT_TRUE(rig.servos[0]->faulty()) << "also when its cause is gone";
   ASSERT_EQ(rig.ask(wire::dxl_reboot(m.version, 1)).size(), 1u);
   EXPECT_TRUE(rig.ask(wire::dxl_ping(m.version, 1), 1, 100ms).empty()) << "it boots";
   rig.run(300ms);
