@@ -16,6 +16,11 @@ enum class GaitMode : std::uint32_t {
   stop = 8,  // it stops a ball
 };
 
+/// It carries itself on its soles.
+constexpr bool on_its_feet(GaitMode mode) {
+  return mode == GaitMode::stand || mode == GaitMode::walk || mode == GaitMode::kick || mode == GaitMode::stop;
+}
+
 inline constexpr ValueName kGaitModeNames[] = {
     {"limp", GaitMode::limp}, {"stand", GaitMode::stand}, {"walk", GaitMode::walk},
     {"fall", GaitMode::fall}, {"lie", GaitMode::lie},     {"rise", GaitMode::rise},

@@ -62,7 +62,7 @@ rt::StepStatus CameraPose::step(const rt::Step& step) noexcept {
       rad_[limbs_.joints[i][c]] = state->position_rad[c];
   }
   const msg::GaitState* gait = gait_.fresh(step.now);
-  if (gait && (gait->mode == msg::GaitMode::stand || gait->mode == msg::GaitMode::walk)) {
+  if (gait && msg::on_its_feet(gait->mode)) {
     const kinematics::Pose camera = chain_->camera(math::Quat(gait->q_world_torso), {gait->x_m, gait->y_m}, rad_);
     if (math::is_finite(camera.p_m) && math::is_finite(camera.q)) history_.add(gait->stamp.ns, camera);
   }

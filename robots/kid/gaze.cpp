@@ -15,11 +15,6 @@ namespace {
 
 constexpr double kMostHeadJoint_rad = 7, kMostTo_m = 1000;
 
-bool on_feet(msg::GaitMode mode) {
-  return mode == msg::GaitMode::stand || mode == msg::GaitMode::walk || mode == msg::GaitMode::kick ||
-         mode == msg::GaitMode::stop;
-}
-
 }  // namespace
 
 Gaze::Gaze(robots::RobotBody robot) : robot_(std::move(robot)) {
@@ -93,7 +88,7 @@ rt::StepStatus Gaze::step(const rt::Step& step) noexcept {
   motion::read_numbers(*law_, kept_);
   law_->params = params_;
   const msg::GazeCommand* command = command_.get();
-  const bool looks = command && motions->armed && on_feet(gait->mode) && aim(*command, *gait);
+  const bool looks = command && motions->armed && msg::on_its_feet(gait->mode) && aim(*command, *gait);
   if (looks) {
     const kinematics::Pose torso{{gait->x_m, gait->y_m, gait->height_m}, math::Quat(gait->q_world_torso)};
     law_->step(torso, math::Vec3(gait->gyro_radps), rad_, msg::seconds(step.dt), targets_);

@@ -21,9 +21,6 @@ constexpr double kMostJoint_rad = 7, kMostGyro_radps = 50, kMostAccel_mps2 = 200
 constexpr double kUpright = 0.9, kUprightS = 1;  // of a body that did not fall after all
 constexpr double kLieS = 0.3;                    // it lies still before it rises
 
-bool on_its_feet(GaitMode mode) {
-  return mode == GaitMode::stand || mode == GaitMode::walk || mode == GaitMode::kick || mode == GaitMode::stop;
-}
 motion::Side side_of(msg::Foot foot) { return foot == msg::Foot::left ? motion::Side::left : motion::Side::right; }
 motion::KickWay way_of(BallMotion motion) {
   return motion == BallMotion::kick_outward ? motion::KickWay::outward : motion::KickWay::forward;
@@ -180,7 +177,7 @@ bool Mover::stands_for_it() const noexcept { return is_open() && request_.in_wal
 RequestRefusal Mover::refusal_of(const msg::KickRequest& r) const noexcept {
   if (r.motion > BallMotion::stop || r.foot > msg::Foot::right) return RequestRefusal::unknown;
   if (is_open()) return RequestRefusal::busy;
-  if (!on_its_feet(mode_)) return RequestRefusal::not_on_feet;
+  if (!msg::on_its_feet(mode_)) return RequestRefusal::not_on_feet;
   return failsafe_acts() ? RequestRefusal::failsafe : RequestRefusal::none;
 }
 
@@ -234,7 +231,7 @@ void Mover::move_at_ball(const rt::Step& step) noexcept {
 void Mover::follow_request() noexcept {
   if (!is_open()) return;
   const bool waits = progress_ == RequestProgress::waits;
-  if (!on_its_feet(mode_) || (waits && failsafe_acts())) {
+  if (!msg::on_its_feet(mode_) || (waits && failsafe_acts())) {
     progress_ = RequestProgress::broken_off;
     walk_->forget_kick();
   } else if (!waits && mode_ != GaitMode::kick && mode_ != GaitMode::stop) {
@@ -292,7 +289,7 @@ void Mover::move(const rt::Step& step) noexcept {
     enter(GaitMode::stand, step.now);
   }
   const double dt_s = msg::seconds(step.dt);
-  const bool upright = on_its_feet(mode_);
+  const bool upright = msg::on_its_feet(mode_);
   // A kick within a step is the walk's; other motions at a ball have the joints for themselves.
   const bool at_ball = mode_ == GaitMode::stop || (mode_ == GaitMode::kick && request_.in_walk == 0);
   if (upright && !at_ball)
@@ -341,7 +338,8 @@ rt::StepStatus Mover::step(const rt::Step& step) noexcept {
     if (!within(rad, kMostJoint_rad)) return rt::StepStatus::fault;
   const bool balances = sense_balance(step.now);
   const bool can_get_down = pose_motions_[static_cast<std::size_t>(PoseMotion::get_down)] != nullptr;
-  if (!balances && !(can_get_down && (on_its_feet(mode_) || mode_ == GaitMode::down))) return rt::StepStatus::stale;
+  if (!balances && !(can_get_down && (msg::on_its_feet(mode_) || mode_ == GaitMode::down)))
+    return rt::StepStatus::stale;
   read_motions();
   walk_->params = walk_params_;
   fall_.params = fall_params_;
@@ -359,7 +357,7 @@ rt::StepStatus Mover::step(const rt::Step& step) noexcept {
 }
 
 void Mover::publish() noexcept {
-  const bool moves = on_its_feet(mode_) || mode_ == GaitMode::rise ||
+  const bool moves = msg::on_its_feet(mode_) || mode_ == GaitMode::rise ||
                      (mode_ == GaitMode::down && poses_.state() == motion::PosePlayer::State::playing);
   for (std::size_t i = 0; i < kLimbs; ++i) {
     msg::ActuatorCommand& out = limb_[i].loan();

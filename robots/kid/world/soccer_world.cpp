@@ -40,7 +40,8 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
         limbs_(kinematics::Limbs::of(pitch.body(number))),
         push_ns_(given.push_ns),
         battery_({}, seed) {
-    for (const kinematics::Place& place : pitch.body(number).places) cameras_ += place.name.starts_with("camera");
+    for (const kinematics::Place& place : pitch.body(number).places)
+      if (place.name.starts_with("camera")) cameras_.push_back(place);
     target_.fill(math::kNan);
     commanded_.fill(0);  // so that the first command goes out
     taken_.resize(pitch.body(number).joints());
@@ -76,7 +77,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
       due_.referee_sample = game_->said_to(number_);
       due_.referee_sample.stamp = {steps * kStepNs};
     }
-    due_.cameras = every(kKidCameraSteps) ? (1u << std::min<std::size_t>(cameras_, 2)) - 1 : 0;
+    due_.cameras = every(kKidCameraSteps) ? (1u << std::min<std::size_t>(cameras_.size(), 2)) - 1 : 0;
     due_.imu_sample = {{s.imu_stamp_ns}, s.gyro_radps.to<msg::Vec3>(), s.accel_mps2.to<msg::Vec3>()};
     if (due_.soles) {
       due_.soles_sample.stamp = {s.cells_stamp_ns};
@@ -225,7 +226,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
   const std::size_t number_;
   const kinematics::Limbs limbs_;
   const math::Vec3 push_ns_;
-  std::size_t cameras_ = 0;
+  std::vector<kinematics::Place> cameras_;
   std::array<double, kMostJoints> target_{}, commanded_{};
   std::vector<std::optional<JointDrive>> taken_;  // by drives at the wire
   bool released_ = false;
