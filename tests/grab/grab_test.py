@@ -21,7 +21,8 @@ LIBRARY = next(BUILD.glob("lib/*/sinew/libsinew_grab.so"))
 PROGRAMS = ROOT / "tests/grab/programs"
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="sinew-grab-"))
 NS = 1e-9
-TREE_32 = pathlib.Path(os.environ.get("SINEW_SYSROOTS", ROOT / "build/sysroot")) / "i386-gl"
+TREES = pathlib.Path(os.environ.get("SINEW_SYSROOTS", ROOT / "build/sysroot")).resolve()
+TREE_32, TREE_WINE_32 = TREES / "i386-gl", TREES / "i386"
 HAS_32 = (BUILD / "lib/i386-linux-gnu/sinew/libsinew_grab.so").exists()
 WINE = shutil.which("wine64") or ("/usr/lib/wine/wine64" if os.path.exists("/usr/lib/wine/wine64") else None)
 
@@ -388,6 +389,28 @@ class ProgramsOf32Bits(Base):
         command = ["env", *(f"{name}={value}" for name, value in self.environment.items()), bars, 1000, 60, 640, 480]
         with Grabbed(command) as grabbed:
             self.check(pictures(30), grabbed.swaps())
+
+
+@unittest.skipUnless(HAS_32 and TREE_32.exists() and TREE_WINE_32.exists() and shutil.which("i686-w64-mingw32-gcc"),
+                     "no Wine of 32 bits or no compiler for it (tools/setup.sh windows32), or no OpenGL of 32 bits")
+class Wine32(Base):
+    """A 32-bit Windows program in Wine's 32-bit half, which lives in a folder of its own; sinew and the robot have 64 bits."""
+
+    def test_direct3d_9(self):
+        if subprocess.run([ROOT / "toolchains/wine32.sh", "--check"], cwd=ROOT, capture_output=True, check=False).returncode == 77:
+            self.skipTest("wine32.sh needs root")
+        program = compiled("bars_d3d9", "-ld3d9", "-lgdi32", compiler="i686-w64-mingw32-gcc", ending="_32.exe")
+        head = program.read_bytes()
+        machine = int.from_bytes(head[60:64], "little") + 4
+        self.assertEqual(head[machine:machine + 2], b"\x4c\x01", "not for the i386")
+        command = ["env", "-C", ROOT, ROOT / "toolchains/wine32.sh", "--see", WORK, "--see", TREE_32, "--display", os.environ["DISPLAY"],
+                   "--graphics", TREE_32, program, 700]  # it ends by itself: what is the first process of its space hears no SIGTERM
+        with Grabbed(command) as grabbed:
+            seen = pictures(20)
+            self.check(seen, {})
+            self.assertIn("OpenGL (GLX) of 'bars_d3d9_32.ex", grabbed.said())
+            self.assertEqual({(p["width"], p["height"]) for p in seen}, {(640, 480)})
+            self.assertEqual(titles()[0], "bars")
 
 
 class Library(unittest.TestCase):
