@@ -13,11 +13,12 @@
 namespace sinew::grab {
 
 inline constexpr std::uint32_t kMagic = 0x62617247;  // "Grab"
-inline constexpr std::uint32_t kVersion = 1;         // of layout and messages; both sides refuse another one
+inline constexpr std::uint32_t kVersion = 2;         // of layout and messages; both sides refuse another one
 inline constexpr std::uint32_t kMaxWindows = 16, kMaxViews = 16;
 inline constexpr std::uint32_t kSlots = 2;               // pictures that a view may have asked for and not taken yet
 inline constexpr std::uint32_t kMaxSide = 16384;         // of a window, pixels
 inline constexpr std::uint32_t kNameBytes = 32;          // with the final 0
+inline constexpr std::uint32_t kTitleWords = 32;         // of 4 bytes, with the final 0
 inline constexpr std::uint32_t kNoNumber = 0xFFFFFFFFu;  // no window, no view
 inline constexpr std::uint32_t kBytesPerPixel = 4;
 /// Room for one picture: 3840 x 2400. Only pages that were written take memory.
@@ -61,7 +62,16 @@ struct Window {
   std::uint32_t api;    // Api
   std::uint32_t pid;    // as the program itself sees it
   std::uint32_t id[2];  // the window system's number of it (X11 window), or what the program has instead; low, high
+  std::uint32_t x11;    // the X11 window that it is drawn into; 0: not known
   char program[kNameBytes];
+};
+
+/// The title of a window. Written by `sinew grab`, which asks the display server for it: a program that changes its
+/// title pays nothing for that. A title counts only while the window has the process and the X11 window that it names.
+struct Title {
+  Word writes;  // odd while it is written; look again when it has changed
+  Word process, x11;
+  Word text[kTitleWords];  // UTF-8, 4 bytes a word as they stand in memory
 };
 
 /// What a reader wants next. The reader writes it before it raises View::asked.
@@ -104,11 +114,13 @@ struct Head {
   Word windows;  // raised when a window comes or goes; readers may sleep on it
   Window window[kMaxWindows];
   View view[kMaxViews];
+  Title title[kMaxWindows];
 };
 
 inline constexpr std::uint32_t kPicturesAt = 65536;  // the head before it; a multiple of every kernel's pages
 static_assert(sizeof(Head) <= kPicturesAt);
-static_assert(sizeof(Window) == 72 && sizeof(Request) == 28 && sizeof(Answer) == 64 && sizeof(View) == 204);
+static_assert(sizeof(Window) == 76 && sizeof(Request) == 28 && sizeof(Answer) == 64 && sizeof(View) == 204 &&
+              sizeof(Title) == 140);
 
 /// Where a slot is in the memory. 64 bits: beyond what 32-bit programs map at once.
 constexpr std::uint64_t slot_at(std::uint32_t view, std::uint32_t slot) {

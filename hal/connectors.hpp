@@ -84,6 +84,7 @@ struct CameraSpec {
 struct GrabSpec {
   std::string name;                                   // of the session: the program's, or what --name says
   std::int32_t window = -1;                           // its number; -1: the one that shows pictures
+  std::string title = {};                             // or what the window's title contains; empty: any
   std::int32_t x = 0, y = 0;                          // region of the window, from its top left
   std::uint32_t region_width = 0, region_height = 0;  // 0: to the border
   std::uint32_t width = 640, height = 480;            // of the images that the region becomes

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cerrno>
 #include <chrono>
 #include <cstring>
@@ -52,12 +53,13 @@ std::string session_name(const std::string& program) {
 }
 
 std::string words_of(const hal::GrabWindow& w) {
-  return fmt::format("window {}: {} of '{}' (process {}), {}x{}", w.number, w.api, w.program, w.pid, w.width, w.height);
+  return fmt::format("window {}: {} of '{}' (process {}), {}x{}{}", w.number, w.api, w.program, w.pid, w.width,
+                     w.height, w.title.empty() ? "" : ", '" + w.title + "'");
 }
 
 json json_of(const hal::GrabWindow& w) {
-  return {{"window", w.number}, {"program", w.program}, {"pid", w.pid},           {"api", w.api},
-          {"width", w.width},   {"height", w.height},   {"pictures", w.pictures}, {"id", w.id}};
+  return {{"window", w.number}, {"program", w.program},   {"pid", w.pid}, {"api", w.api},    {"width", w.width},
+          {"height", w.height}, {"pictures", w.pictures}, {"id", w.id},   {"title", w.title}};
 }
 
 int list_sessions(bool as_json) {
@@ -90,13 +92,20 @@ class WindowNews {
       for (const hal::GrabWindow& w : hal::windows_of(head)) {
         const bool known = (known_ >> w.number & 1) != 0;
         known_ |= 1u << w.number;
-        if (!known) fmt::print(stderr, "grab: {}: {}\n", name, words_of(w));
+        // A title comes a moment after its window; what programs count in theirs is not told.
+        const bool has_title_now = titles_[w.number].empty() && !w.title.empty();
+        if (!known)
+          fmt::print(stderr, "grab: {}: {}\n", name, words_of(w));
+        else if (has_title_now)
+          fmt::print(stderr, "grab: {}: window {}: title '{}'\n", name, w.number, w.title);
+        if (!known || has_title_now) titles_[w.number] = w.title;
       }
     }
   }
 
  private:
   std::uint32_t seen_ = 0, known_ = 0;
+  std::array<std::string, grab::kMaxWindows> titles_;
 };
 
 int take_picture(const std::string& session, const PictureOptions& options) {
@@ -195,6 +204,11 @@ void add_grab_command(CLI::App& app, CommandContext& context) {
   grabbed->add_option("--window", o->picture.window, "with --to: number of the window; -1: the one that shows pictures")
       ->check(number(-1, 15))
       ->capture_default_str();
+  grabbed
+      ->add_option(
+          "--title", o->picture.title,
+          "with --to: instead of --window: the window with this title, else the only one whose title contains it")
+      ->excludes("--window");
   grabbed->add_option("--region", o->picture.region, "with --to: part of the window, pixels from its top left")
       ->type_name("X,Y,WIDTH,HEIGHT");
   grabbed->add_flag("--quiet", o->quiet, "do not tell of windows");

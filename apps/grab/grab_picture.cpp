@@ -8,10 +8,13 @@
 #include <cstring>
 
 #include "apps/command/command.hpp"
+#include "hal/platform.hpp"
 #include "images/encode.hpp"
 
 namespace sinew::app {
 namespace {
+
+constexpr hal::Duration kPatienceWithTitles = std::chrono::seconds(3);
 
 std::string ending_of(const std::string& file) {
   const std::size_t dot = file.rfind('.');
@@ -59,8 +62,12 @@ std::optional<int> PictureTaker::poll() {
   if (!kind || !images::is_built(*kind)) return fail(options_.file + ": png, jpg, bmp or tif");
   if (!view_)
     if (const auto code = opened()) return code;
-  const std::uint32_t window =
-      options_.window < 0 ? hal::GrabView::kAnyWindow : static_cast<std::uint32_t>(options_.window);
+  std::uint32_t window = options_.window < 0 ? hal::GrabView::kAnyWindow : static_cast<std::uint32_t>(options_.window);
+  if (!options_.title.empty()) {
+    window = view_->titled(options_.title).window;
+    if (window == grab::kNoNumber) return untitled();
+    view_->point_at(window);
+  }
   if (view_->open_asks() == 0) view_->ask(window, region_, due_.value_or(hal::Time{0}));
   const auto picture = view_->oldest();
   if (!picture) {
@@ -78,6 +85,20 @@ std::optional<int> PictureTaker::poll() {
   if (picture->status != grab::AnswerStatus::ok)
     return fail(options_.file + ": " + hal::words_of(picture->status), kFailed);
   return written(*picture);
+}
+
+/// No window has the title: titles come a moment after their windows, and programs open one window after another.
+std::optional<int> PictureTaker::untitled() {
+  if (!view_->is_connected()) return fail("the session '" + session_ + "' ended before the picture was there", kFailed);
+  const std::vector<hal::GrabWindow> windows = view_->windows();
+  const hal::Time now = hal::system_os().now();
+  if (windows.empty()) windows_since_.reset();
+  if (!windows.empty() && !windows_since_) windows_since_ = now;
+  if (!windows_since_ || now - *windows_since_ < kPatienceWithTitles) return std::nullopt;
+  return fail(fmt::format("{} has '{}' in its title; there are: {}",
+                          view_->titled(options_.title).count > 1 ? "not one window alone" : "no window",
+                          options_.title, hal::titles_of(windows)),
+              kFailed);
 }
 
 int PictureTaker::written(const hal::GrabPicture& p) const {

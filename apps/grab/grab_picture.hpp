@@ -13,6 +13,7 @@ struct PictureOptions {
   std::string file;
   double after_s = 0;  // after the first picture
   int window = -1;
+  std::string title;
   std::string region;  // "X,Y,WIDTH,HEIGHT"; empty: the whole window
 };
 
@@ -26,6 +27,7 @@ class PictureTaker {
 
  private:
   std::optional<int> opened();
+  std::optional<int> untitled();
   int written(const hal::GrabPicture& picture) const;
   std::string session_;
   PictureOptions options_;
@@ -33,6 +35,7 @@ class PictureTaker {
   bool region_is_good_ = true;
   std::unique_ptr<hal::GrabView> view_;
   std::optional<hal::Time> due_;
+  std::optional<hal::Time> windows_since_;  // while none of them has the title
 };
 
 /// Four numbers with commas between. False: it is none.

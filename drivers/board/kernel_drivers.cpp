@@ -101,6 +101,9 @@ DeviceOpener read_grab(DeviceKeys& keys, const DeviceSpecs&) {
             {.doc = "the program's file name, or what `sinew grab --name` says", .required = true});
   keys.read_integer("window", spec.window, -1, kMaxGrabWindow,
                     {.doc = "its number, as `sinew grab --list` shows it; -1: the one that shows pictures"});
+  keys.read("title", spec.title, "what the title of a window contains, e.g. \"Front camera\"",
+            {.doc = "instead of `window`: the window with this title, else the only one whose title contains it"});
+  if (keys.has("title") && keys.has("window")) keys.problem("title", "none beside `window`: one of the two");
   keys.read_integer("x", spec.x, -kMaxGrabSide, kMaxGrabSide, {.unit = "px", .doc = "left border of the region"});
   keys.read_integer("y", spec.y, -kMaxGrabSide, kMaxGrabSide, {.unit = "px", .doc = "top border of the region"});
   keys.read_integer("region_width", spec.region_width, 0, kMaxGrabSide,

@@ -21,12 +21,16 @@ enum Hook : unsigned {
   kGlxSwapBuffersMsc,
   kGlxGetProc,
   kGlxGetProcArb,
+  kGlxCreateWindow,
   kGlxDestroyWindow,
   kXDestroyWindow,
   kEglSwapBuffers,
   kEglSwapWithDamageKhr,
   kEglSwapWithDamageExt,
   kEglGetProc,
+  kEglCreateSurface,
+  kEglCreatePlatform,
+  kEglCreatePlatformExt,
   kEglDestroySurface,
   kHooks
 };
@@ -34,12 +38,16 @@ constexpr const char* kNames[kHooks] = {"glXSwapBuffers",
                                         "glXSwapBuffersMscOML",
                                         "glXGetProcAddress",
                                         "glXGetProcAddressARB",
+                                        "glXCreateWindow",
                                         "glXDestroyWindow",
                                         "XDestroyWindow",
                                         "eglSwapBuffers",
                                         "eglSwapBuffersWithDamageKHR",
                                         "eglSwapBuffersWithDamageEXT",
                                         "eglGetProcAddress",
+                                        "eglCreateWindowSurface",
+                                        "eglCreatePlatformWindowSurface",
+                                        "eglCreatePlatformWindowSurfaceEXT",
                                         "eglDestroySurface"};
 
 /// A process may have several libraries with a function of one name: ANGLE has its own eglSwapBuffers and calls the
@@ -194,6 +202,15 @@ Function glx_get_proc(const unsigned char* name) noexcept {
 }
 
 template <std::size_t N>
+Drawable glx_create_window(void* display, void* config, Drawable window, const int* attributes) noexcept {
+  const auto real = real_of<Drawable (*)(void*, void*, Drawable, const int*)>(kGlxCreateWindow, N);
+  if (real == nullptr) return 0;
+  const Drawable made = real(display, config, window, attributes);
+  if (made != 0) note_x11_window(Api::glx, display, made, window);
+  return made;
+}
+
+template <std::size_t N>
 void glx_destroy_window(void* display, Drawable window) noexcept {
   const auto real = real_of<void (*)(void*, Drawable)>(kGlxDestroyWindow, N);
   if (real == nullptr) return;
@@ -282,6 +299,31 @@ Function egl_get_proc(const char* name) noexcept {
   return reinterpret_cast<Function>(hooked(name, reinterpret_cast<void*>(real(name))));
 }
 
+void* noted_surface(void* display, void* surface, std::uint64_t window) noexcept {
+  if (surface != nullptr)
+    note_x11_window(Api::egl, display, static_cast<std::uint64_t>(reinterpret_cast<std::uintptr_t>(surface)), window);
+  return surface;
+}
+
+template <std::size_t N>
+void* egl_create_surface(void* display, void* config, std::uintptr_t window, const int* attributes) noexcept {
+  const auto real = real_of<void* (*)(void*, void*, std::uintptr_t, const int*)>(kEglCreateSurface, N);
+  if (real == nullptr) return nullptr;
+  return noted_surface(display, real(display, config, window, attributes), window);
+}
+
+/// Of X11, `window` points to the window's number. Of other systems it points to something else, whose first bytes are
+/// then the number of no window that has a title.
+template <Hook H, std::size_t N>
+void* egl_create_platform(void* display, void* config, const void* window, const void* attributes) noexcept {
+  const auto real = real_of<void* (*)(void*, void*, const void*, const void*)>(H, N);
+  if (real == nullptr) return nullptr;
+  void* made = real(display, config, window, attributes);
+  std::uint32_t number = 0;
+  if (made != nullptr && window != nullptr) std::memcpy(&number, window, sizeof number);
+  return noted_surface(display, made, number);
+}
+
 template <std::size_t N>
 unsigned egl_destroy_surface(void* display, void* surface) noexcept {
   const auto real = real_of<unsigned (*)(void*, void*)>(kEglDestroySurface, N);
@@ -303,6 +345,8 @@ void* entry_of(Hook hook) noexcept {
       return reinterpret_cast<void*>(&glx_get_proc<kGlxGetProc, N>);
     case kGlxGetProcArb:
       return reinterpret_cast<void*>(&glx_get_proc<kGlxGetProcArb, N>);
+    case kGlxCreateWindow:
+      return reinterpret_cast<void*>(&glx_create_window<N>);
     case kGlxDestroyWindow:
       return reinterpret_cast<void*>(&glx_destroy_window<N>);
     case kXDestroyWindow:
@@ -315,6 +359,12 @@ void* entry_of(Hook hook) noexcept {
       return reinterpret_cast<void*>(&egl_swap_damage<kEglSwapWithDamageExt, N>);
     case kEglGetProc:
       return reinterpret_cast<void*>(&egl_get_proc<N>);
+    case kEglCreateSurface:
+      return reinterpret_cast<void*>(&egl_create_surface<N>);
+    case kEglCreatePlatform:
+      return reinterpret_cast<void*>(&egl_create_platform<kEglCreatePlatform, N>);
+    case kEglCreatePlatformExt:
+      return reinterpret_cast<void*>(&egl_create_platform<kEglCreatePlatformExt, N>);
     case kEglDestroySurface:
       return reinterpret_cast<void*>(&egl_destroy_surface<N>);
     case kHooks:
@@ -378,6 +428,9 @@ SINEW_EXPORTED Function glXGetProcAddress(const unsigned char* name) { return gl
 SINEW_EXPORTED Function glXGetProcAddressARB(const unsigned char* name) {
   return glx_get_proc<kGlxGetProcArb, 0>(name);
 }
+SINEW_EXPORTED Drawable glXCreateWindow(void* display, void* config, Drawable window, const int* attributes) {
+  return glx_create_window<0>(display, config, window, attributes);
+}
 SINEW_EXPORTED void glXDestroyWindow(void* display, Drawable window) { glx_destroy_window<0>(display, window); }
 SINEW_EXPORTED int XDestroyWindow(void* display, Drawable window) { return x_destroy_window<0>(display, window); }
 SINEW_EXPORTED unsigned eglSwapBuffers(void* display, void* surface) { return egl_swap<0>(display, surface); }
@@ -388,6 +441,16 @@ SINEW_EXPORTED unsigned eglSwapBuffersWithDamageEXT(void* display, void* surface
   return egl_swap_damage<kEglSwapWithDamageExt, 0>(display, surface, rectangles, count);
 }
 SINEW_EXPORTED Function eglGetProcAddress(const char* name) { return egl_get_proc<0>(name); }
+SINEW_EXPORTED void* eglCreateWindowSurface(void* display, void* config, std::uintptr_t window, const int* attributes) {
+  return egl_create_surface<0>(display, config, window, attributes);
+}
+SINEW_EXPORTED void* eglCreatePlatformWindowSurface(void* display, void* config, void* window, const void* attributes) {
+  return egl_create_platform<kEglCreatePlatform, 0>(display, config, window, attributes);
+}
+SINEW_EXPORTED void* eglCreatePlatformWindowSurfaceEXT(void* display, void* config, void* window,
+                                                       const void* attributes) {
+  return egl_create_platform<kEglCreatePlatformExt, 0>(display, config, window, attributes);
+}
 SINEW_EXPORTED unsigned eglDestroySurface(void* display, void* surface) {
   return egl_destroy_surface<0>(display, surface);
 }
@@ -414,6 +477,8 @@ void* exported(Hook hook) noexcept {
       return reinterpret_cast<void*>(&::glXGetProcAddress);
     case kGlxGetProcArb:
       return reinterpret_cast<void*>(&::glXGetProcAddressARB);
+    case kGlxCreateWindow:
+      return reinterpret_cast<void*>(&::glXCreateWindow);
     case kGlxDestroyWindow:
       return reinterpret_cast<void*>(&::glXDestroyWindow);
     case kXDestroyWindow:
@@ -426,6 +491,12 @@ void* exported(Hook hook) noexcept {
       return reinterpret_cast<void*>(&::eglSwapBuffersWithDamageEXT);
     case kEglGetProc:
       return reinterpret_cast<void*>(&::eglGetProcAddress);
+    case kEglCreateSurface:
+      return reinterpret_cast<void*>(&::eglCreateWindowSurface);
+    case kEglCreatePlatform:
+      return reinterpret_cast<void*>(&::eglCreatePlatformWindowSurface);
+    case kEglCreatePlatformExt:
+      return reinterpret_cast<void*>(&::eglCreatePlatformWindowSurfaceEXT);
     case kEglDestroySurface:
       return reinterpret_cast<void*>(&::eglDestroySurface);
     case kHooks:

@@ -45,6 +45,15 @@ bool buffered = false;
 Shown windows[kMostShown];
 Mapping slots[kMaxViews][kSlots];
 
+/// What a drawable or surface is drawn into, where that is not the drawable itself.
+struct Behind {
+  Api api;
+  const void* display;
+  std::uint64_t key;
+  std::uint32_t x11;
+};
+Behind behind[2 * kMaxWindows];
+
 struct Locked {
   Locked() noexcept { pthread_mutex_lock(&mutex); }
   ~Locked() { pthread_mutex_unlock(&mutex); }
@@ -170,8 +179,21 @@ std::uint32_t milliseconds(std::int64_t ns) noexcept {
   return static_cast<std::uint32_t>(static_cast<std::uint64_t>(ns) / 1000000u);
 }
 
+/// X11's numbers have 29 bits; a window of Wayland is a pointer instead.
+std::uint32_t x11_number(std::uint64_t window) noexcept {
+  constexpr std::uint64_t kMost = 0x1FFFFFFF;
+  return window <= kMost ? static_cast<std::uint32_t>(window) : 0;
+}
+
+/// Needs the lock.
+std::uint32_t x11_behind(Api api, const void* display, std::uint64_t key) noexcept {
+  for (const Behind& b : behind)
+    if (b.api == api && b.key == key && b.display == display) return b.x11;
+  return api == Api::glx ? x11_number(key) : 0;
+}
+
 /// Needs the lock: takes a free window of the memory.
-std::uint32_t take_window(Head& head, Api api, std::uint64_t key) noexcept {
+std::uint32_t take_window(Head& head, Api api, const void* display, std::uint64_t key) noexcept {
   const std::uint32_t number = me.load(std::memory_order_relaxed);
   for (std::uint32_t i = 0; i < kMaxWindows; ++i) {
     Window& w = head.window[i];
@@ -183,6 +205,8 @@ std::uint32_t take_window(Head& head, Api api, std::uint64_t key) noexcept {
     w.alive_ms.store(milliseconds(now_ns()), std::memory_order_relaxed);
     w.api = static_cast<std::uint32_t>(api), w.pid = static_cast<std::uint32_t>(getpid());
     w.id[0] = static_cast<std::uint32_t>(key), w.id[1] = static_cast<std::uint32_t>(key >> 32);
+    w.x11 = x11_behind(api, display, key);
+    head.title[i].process.store(0, std::memory_order_relaxed);  // the title of the window that had this number
     program_name(w.program);
     return i;
   }
@@ -303,7 +327,7 @@ bool count_picture(Head& head, Api api, const void* display, std::uint64_t key, 
     if (found == nullptr) {
       if (free == nullptr) return false;
       const ErrnoKept kept;
-      const std::uint32_t taken = take_window(head, api, key);
+      const std::uint32_t taken = take_window(head, api, display, key);
       if (taken == kNoNumber) return false;
       *free = Shown{api, display, key, taken, 0};
       found = free;
@@ -335,7 +359,22 @@ void tell_size(Head& head, const Shown& shown, Size size) noexcept {
   wake_all(head.windows);
 }
 
+void note_x11_window(Api api, const void* display, std::uint64_t key, std::uint64_t window) noexcept {
+  const Locked locked;
+  Behind* to = nullptr;
+  for (Behind& b : behind) {
+    if (b.api == api && b.key == key && b.display == display) to = &b;  // the program had destroyed that one unseen
+    if (to == nullptr && b.api == Api::none) to = &b;
+  }
+  if (to != nullptr) *to = Behind{api, display, key, x11_number(window)};
+}
+
 void forget_window(Api api, const void* display, std::uint64_t key) noexcept {
+  {
+    const Locked locked;
+    for (Behind& b : behind)
+      if (b.api == api && b.key == key && b.display == display) b = Behind{};
+  }
   if (connection.load(std::memory_order_acquire) != Connection::on) return;
   const ErrnoKept kept;
   const Locked locked;

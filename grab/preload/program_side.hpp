@@ -45,6 +45,10 @@ void tell_size(Head& head, const Shown& shown, Size size) noexcept;
 /// The program has destroyed it.
 void forget_window(Api api, const void* display, std::uint64_t key) noexcept;
 
+/// The X11 window behind a drawable or surface that the program has just made. Where nothing was noted, the drawable of
+/// GLX is the window itself.
+void note_x11_window(Api api, const void* display, std::uint64_t key, std::uint64_t window) noexcept;
+
 /// Whether a reader waits for a picture of this window that is shown at `now`. The first question, and while nobody
 /// asks the last one.
 bool is_asked(Head& head, const Shown& shown, std::int64_t now) noexcept;

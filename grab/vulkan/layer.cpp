@@ -48,6 +48,8 @@ VKAPI_ATTR VkResult VKAPI_CALL create_instance(const VkInstanceCreateInfo* info,
   find(data->family_properties, "vkGetPhysicalDeviceQueueFamilyProperties");
   find(data->surface_capabilities, "vkGetPhysicalDeviceSurfaceCapabilitiesKHR");
   find(data->destroy_surface, "vkDestroySurfaceKHR");
+  find(data->create_xlib, "vkCreateXlibSurfaceKHR");
+  find(data->create_xcb, "vkCreateXcbSurfaceKHR");
   const ListsLocked locked;
   data->after = instances, instances = data;
   return VK_SUCCESS;
@@ -63,6 +65,16 @@ VKAPI_ATTR void VKAPI_CALL destroy_instance(VkInstance instance, const VkAllocat
   if (data == nullptr) return;
   data->destroy(instance, allocator);
   std::free(data);
+}
+
+template <class Info, CreateSurface<Info> InstanceData::*Next>
+VKAPI_ATTR VkResult VKAPI_CALL create_surface(VkInstance instance, const Info* info,
+                                              const VkAllocationCallbacks* allocator, VkSurfaceKHR* surface) {
+  InstanceData* data = instance_of(instance);
+  if (data == nullptr || data->*Next == nullptr) return VK_ERROR_EXTENSION_NOT_PRESENT;
+  const VkResult result = (data->*Next)(instance, info, allocator, surface);
+  if (result == VK_SUCCESS) note_x11_window(Api::vulkan, nullptr, number_of(*surface), info->window);
+  return result;
 }
 
 VKAPI_ATTR void VKAPI_CALL destroy_surface(VkInstance instance, VkSurfaceKHR surface,
@@ -221,7 +233,12 @@ VKAPI_ATTR PFN_vkVoidFunction VKAPI_CALL instance_function(VkInstance instance, 
   if (const PFN_vkVoidFunction function = of_device(name)) return function;
   if (instance == VK_NULL_HANDLE) return nullptr;
   InstanceData* data = instance_of(instance);
-  return data == nullptr ? nullptr : data->next(instance, name);
+  if (data == nullptr) return nullptr;
+  if (std::strcmp(name, "vkCreateXlibSurfaceKHR") == 0 && data->create_xlib != nullptr)
+    return any(create_surface<XlibSurfaceInfo, &InstanceData::create_xlib>);
+  if (std::strcmp(name, "vkCreateXcbSurfaceKHR") == 0 && data->create_xcb != nullptr)
+    return any(create_surface<XcbSurfaceInfo, &InstanceData::create_xcb>);
+  return data->next(instance, name);
 }
 
 }  // namespace

@@ -16,6 +16,24 @@ namespace sinew::grab {
 /// The loader's key of everything that belongs to one instance or device.
 inline void* key_of(const void* dispatchable) noexcept { return *static_cast<void* const*>(dispatchable); }
 
+/// VkXlibSurfaceCreateInfoKHR and VkXcbSurfaceCreateInfoKHR without the headers of X11.
+struct XlibSurfaceInfo {
+  VkStructureType type;
+  const void* next;
+  VkFlags flags;
+  void* display;
+  unsigned long window;
+};
+struct XcbSurfaceInfo {
+  VkStructureType type;
+  const void* next;
+  VkFlags flags;
+  void* connection;
+  std::uint32_t window;
+};
+template <class Info>
+using CreateSurface = VkResult(VKAPI_PTR*)(VkInstance, const Info*, const VkAllocationCallbacks*, VkSurfaceKHR*);
+
 struct InstanceData {
   void* key;
   VkInstance handle;
@@ -25,6 +43,8 @@ struct InstanceData {
   PFN_vkGetPhysicalDeviceQueueFamilyProperties family_properties;
   PFN_vkGetPhysicalDeviceSurfaceCapabilitiesKHR surface_capabilities;
   PFN_vkDestroySurfaceKHR destroy_surface;
+  CreateSurface<XlibSurfaceInfo> create_xlib;  // null: the program did not ask for it, here and below
+  CreateSurface<XcbSurfaceInfo> create_xcb;
   InstanceData* after;
 };
 

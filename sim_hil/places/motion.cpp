@@ -137,12 +137,43 @@ void WheelMotion::step(BodyState& body, double left, double right, const Surroun
   right_radps_ = toward(right_radps_, std::clamp(right, -k.wheel_radps, k.wheel_radps), share);
   left_rad_ += dt_s * left_radps_, right_rad_ += dt_s * right_radps_;
 
-  const double along = k.wheel_radius_m * (left_radps_ + right_radps_) / 2;
-  const double turn = k.wheel_radius_m * (right_radps_ - left_radps_) / k.track_m;
+  roll(body,
+       {k.wheel_radius_m * (left_radps_ + right_radps_) / 2, 0,
+        k.wheel_radius_m * (right_radps_ - left_radps_) / k.track_m},
+       around, dt_s);
+}
+
+void WheelMotion::step(BodyState& body, const SteerCommand& command, const Surroundings& around, double dt_s) {
+  const VehicleKind& k = *kind_;
+  spin_radps_ =
+      toward(spin_radps_, std::clamp(command.spin_radps, -k.wheel_radps, k.wheel_radps), dt_s / k.wheel_lag_s);
+  const auto steer = [&](double& angle, double wanted, double most) {
+    const double turn = std::clamp(wanted, -most, most) - angle, step = k.steer_radps * dt_s;
+    angle += std::clamp(turn, -step, step);
+  };
+  steer(front_rad_, command.front_rad, k.front_steer_rad);
+  steer(rear_rad_, command.rear_rad, k.rear_steer_rad);
+  // Base is in the middle between the axles: what moves an axle sideways is its forward motion times the tangent of its
+  // wheels' angle.
+  const math::SinCos front = math::sincos(front_rad_), rear = math::sincos(rear_rad_);
+  const double front_slope = front.sin / front.cos, rear_slope = rear.sin / rear.cos;
+  Rolling r;
+  r.along_mps = k.wheel_radius_m * spin_radps_;
+  r.side_mps = r.along_mps * (front_slope + rear_slope) / 2;
+  r.turn_radps = r.along_mps * (front_slope - rear_slope) / k.wheelbase_m;
+  const double outer = r.turn_radps * k.track_m / 2 / k.wheel_radius_m;
+  left_radps_ = spin_radps_ - outer, right_radps_ = spin_radps_ + outer;
+  left_rad_ += dt_s * left_radps_, right_rad_ += dt_s * right_radps_;
+  roll(body, r, around, dt_s);
+}
+
+void WheelMotion::roll(BodyState& body, const Rolling& rolling, const Surroundings& around, double dt_s) {
+  const VehicleKind& k = *kind_;
+  const double along = rolling.along_mps, turn = rolling.turn_radps;
   const Vec3 before = body.v_world_mps;
   const math::SinCos slope = math::sincos(body.angles_rad.pitch);
   const double yaw = math::wrap_pi(body.angles_rad.yaw + dt_s * turn);
-  Vec3 next = body.p_world_m + dt_s * turned({along * slope.cos, 0, 0}, body.angles_rad.yaw);
+  Vec3 next = body.p_world_m + dt_s * turned({along * slope.cos, rolling.side_mps, 0}, body.angles_rad.yaw);
   Feet ground = feet(next, yaw, around);
   body.touches = !fits(next, ground, along >= 0, around);
   // What was put into something may roll out of it.

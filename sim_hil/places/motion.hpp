@@ -40,18 +40,29 @@ class RotorMotion {
   const VehicleKind* kind_;
 };
 
-/// Rolls on four wheels, skid-steered, over ground of any shape. An edge higher than its wheels climb, or a wall, stops
-/// it while its wheels go on turning. Thread:  owner.   RT: yes.
+/// What is commanded to steered wheels: the spin of all of them, and the angles of the wheels of both axles, to the
+/// left.
+struct SteerCommand {
+  double spin_radps = 0, front_rad = 0, rear_rad = 0;
+};
+
+/// Rolls on four wheels, skid-steered or with axles that steer, over ground of any shape. An edge higher than its
+/// wheels climb, or a wall, stops it while its wheels go on turning. Thread:  owner.   RT: yes.
 class WheelMotion {
  public:
   explicit WheelMotion(const VehicleKind& kind) : kind_(&kind) {}
   /// Spins of the left and the right wheels, positive forward.
   void step(BodyState& body, double left_radps, double right_radps, const Surroundings& around, double dt_s);
+  /// Of a kind that steers. Both wheels of an axle roll on circles about one point (Ackermann); the wheels of the axle
+  /// that does not steer do not slip sideways. left_rad() and right_rad() are the turns of its wheels.
+  void step(BodyState& body, const SteerCommand& command, const Surroundings& around, double dt_s);
 
   double left_radps() const { return left_radps_; }
   double right_radps() const { return right_radps_; }
   double left_rad() const { return left_rad_; }  // turned since the start
   double right_rad() const { return right_rad_; }
+  double front_steer_rad() const { return front_rad_; }  // as it is, to the left
+  double rear_steer_rad() const { return rear_rad_; }
 
  private:
   struct Feet {
@@ -63,7 +74,14 @@ class WheelMotion {
   /// It may be there, when it rolls forward or back.
   bool fits(const math::Vec3& p, const Feet& feet, bool forward, const Surroundings& around) const;
 
+  /// Velocities in its own axes: forward, to the left; and its turning to the left.
+  struct Rolling {
+    double along_mps = 0, side_mps = 0, turn_radps = 0;
+  };
+  void roll(BodyState& body, const Rolling& rolling, const Surroundings& around, double dt_s);
+
   const VehicleKind* kind_;
+  double spin_radps_ = 0, front_rad_ = 0, rear_rad_ = 0;
   double left_radps_ = 0, right_radps_ = 0, left_rad_ = 0, right_rad_ = 0;
   double fall_mps_ = 0;
 };

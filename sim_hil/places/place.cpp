@@ -167,8 +167,8 @@ Scene Place::bodies(std::size_t unseen) const {
     const Vehicle* v = vehicles_[i].get();
     if (!v || i == unseen) continue;
     const bool flies = v->kind().locomotion == Locomotion::rotors;
-    scene.body[(flies ? SceneOrder::kFlying : SceneOrder::kWheeled) + i] =
-        pose_of(v->body().p_world_m, v->body().q_world_base());
+    const std::size_t drawn = v->kind().steers() ? SceneOrder::kSteered : SceneOrder::kWheeled;
+    scene.body[(flies ? SceneOrder::kFlying : drawn) + i] = pose_of(v->body().p_world_m, v->body().q_world_base());
   }
   scene.body[SceneOrder::kTarget] = pose_of(target_m_, {});
   for (const Thing& t : things_) scene.body[SceneOrder::kThings + t.kind * kMostOfAKind + t.number] = t.pose;

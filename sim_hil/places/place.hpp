@@ -42,11 +42,12 @@ struct Thing {
   Pose pose;               // of its middle
 };
 
-/// The places of moving bodies in Scene::body, in this order: flying vehicles, vehicles on wheels, the target, things
-/// by kind.
+/// The places of moving bodies in Scene::body, in this order: flying vehicles, skid-steered ones, the target, things by
+/// kind, vehicles with axles that steer.
 struct SceneOrder {
   static constexpr std::size_t kFlying = 0, kWheeled = kMostRobots, kTarget = 2 * kMostRobots, kThings = kTarget + 1;
-  static constexpr std::size_t kBodies = kThings + std::size(kThingKinds) * kMostOfAKind;
+  static constexpr std::size_t kSteered = kThings + std::size(kThingKinds) * kMostOfAKind;
+  static constexpr std::size_t kBodies = kSteered + kMostRobots;
 };
 static_assert(SceneOrder::kBodies <= Scene::kMost);
 

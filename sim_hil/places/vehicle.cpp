@@ -151,6 +151,10 @@ void Vehicle::step(const Surroundings& around, double dt_s) {
   const Vec3 before = body_.p_world_m;
   if (kind_->locomotion == Locomotion::rotors)
     rotors_.step(body_, command_.rotors, powered(), place_->wind_mps(), around, dt_s);
+  else if (kind_->steers())
+    wheels_.step(body_,
+                 {powered() ? command_.steered.spin_radps : 0, command_.steered.front_rad, command_.steered.rear_rad},
+                 around, dt_s);
   else
     wheels_.step(body_, powered() ? command_.left_radps : 0, powered() ? command_.right_radps : 0, around, dt_s);
   driven_m_ += math::norm(body_.p_world_m - before);

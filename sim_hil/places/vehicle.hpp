@@ -16,6 +16,7 @@ class Place;
 struct VehicleCommand {
   RotorCommand rotors;
   double left_radps = 0, right_radps = 0;  // wheels
+  SteerCommand steered{};                  // wheels of a kind that steers
 };
 
 /// How one joint of the camera is driven: its mounting holds what it was last told.

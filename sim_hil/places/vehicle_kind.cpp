@@ -24,6 +24,37 @@ constexpr VehicleKind pioneer(const char* name) {
   return k;
 }
 
+constexpr VehicleKind steered(const char* name) {
+  VehicleKind k = pioneer(name);
+  k.rest_m = 0.20;
+  k.wheel_radius_m = 0.128;
+  k.wheel_radps = 8, k.wheel_lag_s = 0.20;
+  k.steer_radps = 1.5;
+  return k;
+}
+
+constexpr VehicleKind front_steered() {
+  VehicleKind k = steered("front_ackerman");
+  k.mass_kg = 145;
+  k.hull_radius_m = 0.45, k.hull_up_m = 0.36;
+  k.size_m = {1.21, 0.54, 0.45};
+  k.wheelbase_m = 0.956, k.track_m = 0.45;
+  k.front_steer_rad = 0.5;
+  k.camera_p_base_m = {0.40, 0, 0.30};
+  return k;
+}
+
+constexpr VehicleKind rear_steered() {
+  VehicleKind k = steered("basic_ackerman");
+  k.mass_kg = 14;
+  k.hull_radius_m = 0.40, k.hull_up_m = 0.31;
+  k.size_m = {0.86, 0.66, 0.40};
+  k.wheelbase_m = 0.60, k.track_m = 0.576;
+  k.rear_steer_rad = 0.8;
+  k.camera_p_base_m = {0.25, 0, 0.30};
+  return k;
+}
+
 constexpr VehicleKind air_robot() {
   VehicleKind k;
   k.name = "air_robot";
@@ -43,6 +74,7 @@ constexpr VehicleKind air_robot() {
 
 }  // namespace
 
-constinit const VehicleKind kAirRobot = air_robot(), kP3at = pioneer("p3at"), kP2at = pioneer("p2at");
+constinit const VehicleKind kAirRobot = air_robot(), kP3at = pioneer("p3at"), kP2at = pioneer("p2at"),
+                            kFrontSteered = front_steered(), kRearSteered = rear_steered();
 
 }  // namespace sinew::plant

@@ -28,6 +28,11 @@ struct VehicleKind {
   double wheel_radps = 0, wheel_lag_s = 0;
   double step_m = 0;     // the highest edge that its wheels climb
   double slope_rad = 0;  // the steepest slope
+  // ---- steered wheels: all are driven at one spin, and the wheels of an axle turn together; 0: that axle does not
+  // steer
+  double front_steer_rad = 0, rear_steer_rad = 0;  // the most, to either side
+  double steer_radps = 0;                          // how fast they turn
+  bool steers() const { return front_steer_rad > 0 || rear_steer_rad > 0; }
 
   // ---- its camera, on pan and tilt
   math::Vec3 camera_p_base_m;
@@ -47,5 +52,11 @@ extern const VehicleKind kAirRobot;
 extern const VehicleKind kP3at;
 /// Its predecessor, of the same size.
 extern const VehicleKind kP2at;
+/// A vehicle that its front wheels steer, 0.96 m from axle to axle. Source: robocup-usarsim, FrontAckerman.uc (wheels,
+/// mass, 0.5 rad); its speed of 1 m/s and what it climbs are a Pioneer's.
+extern const VehicleKind kFrontSteered;
+/// One that its rear wheels steer. Source: BasicAckermanRobot.uc (0.6 m from axle to axle, mass, 0.8 rad), but its
+/// track is half of that one's 1.15 m, so that eight of them find room.
+extern const VehicleKind kRearSteered;
 
 }  // namespace sinew::plant

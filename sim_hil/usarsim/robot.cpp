@@ -77,7 +77,8 @@ void Robot::write_status(UsarWriter& out) const {
   const plant::Vehicle& v = vehicle();
   const bool flies = v.kind().locomotion == Locomotion::rotors;
   out.type("STA").text("Type", flies ? "AerialVehicle" : "GroundVehicle").number("Time", game_.now_s(), 2);
-  if (!flies) out.number("FrontSteer", 0).number("RearSteer", 0);
+  if (!flies)  // clockwise
+    out.number("FrontSteer", 0 - v.wheels().front_steer_rad()).number("RearSteer", 0 - v.wheels().rear_steer_rad());
   out.flag("LightToggle", light_).integer("LightIntensity", light_ ? 100 : 0);
   out.integer("Battery", static_cast<std::int64_t>(v.battery_s())).integer("View", game_.view_of(bot_.slot));
 }
@@ -215,7 +216,8 @@ void Robot::sense_scanner(const SensorMount& m, UsarWriter& out) const {
   out.vector("Range", {ranges.data(), count}, 2);
 }
 
-/// Source: Odometry.uc: theta clockwise, y to the right.
+/// Source: Odometry.uc: theta clockwise, y to the right. Of steered wheels it is the way of the axle that does not
+/// steer.
 void Robot::sense_odometry(const SensorMount& m, UsarWriter& out) {
   const plant::WheelMotion& wheels = vehicle().wheels();
   const plant::VehicleKind& kind = vehicle().kind();
@@ -290,14 +292,17 @@ bool Robot::configuration(std::string_view type, std::string_view name, UsarWrit
   out.type("CONF");
   if (same_word(type, "Robot")) {
     out.text("Type", flies ? "AerialVehicle" : "GroundVehicle").text("Name", bot_.kind->name);
-    out.text("SteeringType", flies ? "AirRobot" : "SkidSteered").number("Mass", k.mass_kg);
+    out.text("SteeringType", flies        ? "AirRobot"
+                             : k.steers() ? "AckermanSteered"
+                                          : "SkidSteered")
+        .number("Mass", k.mass_kg);
     if (flies)
       out.number("MaxSpeed", k.speed_mps).number("MaxAltitudeSpeed", k.climb_mps).number("MaxTurn", k.turn_radps);
     else
       out.number("MaxSpeed", k.wheel_radps)
           .number("MaxTorque", 40)
-          .number("MaxFrontSteer", 0)
-          .number("MaxRearSteer", 0);
+          .number("MaxFrontSteer", k.front_steer_rad)
+          .number("MaxRearSteer", k.rear_steer_rad);
     return true;
   }
   const bool package = same_word(type, "MisPkg"), actuator = same_word(type, "Actuator");

@@ -77,12 +77,62 @@ constexpr SensorMount kP2atSensors[] = {
     {.type = SensorType::gps, .name = "GPS", .interval_s = 0.2, .stamped = false, .p_base_m = {0, 0, 0.2}},
 };
 
+// Steered wheels: what P3AT has, and as it has it; the laser is on the front, the feeler before it.
+constexpr SensorMount kSteeredSensors[] = {
+    {.type = SensorType::ground_truth, .name = "GndTruth", .decimals = 3},
+    {.type = SensorType::ins, .name = "InsTest", .interval_s = 0.2, .stamped = false, .p_base_m = {0, 0, 0.2}},
+    {.type = SensorType::range_scanner,
+     .name = "lms200",
+     .interval_s = 0.2,
+     .p_base_m = {0.40, 0, 0.2},
+     .most_m = 20,
+     .resolution_rad = 0.01745,
+     .fov_rad = 3.14159},
+    {.type = SensorType::odometry, .name = "Odometer"},
+    {.type = SensorType::encoder, .name = "W1", .resolution_rad = 0.01745, .left = true},
+    {.type = SensorType::encoder, .name = "W2", .resolution_rad = 0.01745},
+    {.type = SensorType::touch, .name = "T1", .p_base_m = {0.58, 0, 0}},
+    {.type = SensorType::imu, .name = "IMU"},
+};
+
+// Names of joints. The camera's links: UT2004's USARBot.ini mounts its camera on CameraPanTilt_Link2. Wheels: P3AT.uc,
+// FrontAckerman.uc, BasicAckermanRobot.uc; P2AT's are those of UT2004.
+constexpr JointName kCameraJointNames[] = {{"CameraPan", JointPart::pan},
+                                           {"CameraTilt", JointPart::tilt},
+                                           {"CameraPanTilt_Link1", JointPart::pan},
+                                           {"CameraPanTilt_Link2", JointPart::tilt}};
+constexpr JointName kP3atJoints[] = {{"FLWheelRoll", JointPart::left_wheel},
+                                     {"BLWheelRoll", JointPart::left_wheel},
+                                     {"FRWheelRoll", JointPart::right_wheel},
+                                     {"BRWheelRoll", JointPart::right_wheel}};
+constexpr JointName kP2atJoints[] = {{"LeftFWheel", JointPart::left_wheel},
+                                     {"LeftRWheel", JointPart::left_wheel},
+                                     {"RightFWheel", JointPart::right_wheel},
+                                     {"RightRWheel", JointPart::right_wheel}};
+constexpr JointName kFrontSteeredJoints[] = {
+    {"FLFrontSteer", JointPart::front_steer}, {"FRFrontSteer", JointPart::front_steer},
+    {"FLWheelRoll", JointPart::driven_wheel}, {"FRWheelRoll", JointPart::driven_wheel},
+    {"BLWheelRoll", JointPart::driven_wheel}, {"BRWheelRoll", JointPart::driven_wheel}};
+constexpr JointName kRearSteeredJoints[] = {
+    {"BLRearSteer", JointPart::rear_steer},   {"BRRearSteer", JointPart::rear_steer},
+    {"FLWheelRoll", JointPart::driven_wheel}, {"FRWheelRoll", JointPart::driven_wheel},
+    {"BLWheelRoll", JointPart::driven_wheel}, {"BRWheelRoll", JointPart::driven_wheel}};
+
 // 100 %: AirRobot.uc (maxLinearSpeed 2 m/s, maxRotationSpeed 100 deg/s); a Pioneer's 0.7 m/s.
 constexpr RobotClass kClasses[] = {
-    {"AirRobot", &plant::kAirRobot, kAirRobotSensors, 2, 1.7453293,
-     "captured session; robocup-usarsim, DefaultUSAR.ini and AirRobot.uc"},
-    {"P3AT", &plant::kP3at, kP3atSensors, 0, 6.4, "robocup-usarsim, DefaultUSAR.ini"},
-    {"P2AT", &plant::kP2at, kP2atSensors, 0, 6.4, "USARSim manual V3.1.3"},
+    {"AirRobot",
+     &plant::kAirRobot,
+     kAirRobotSensors,
+     2,
+     1.7453293,
+     "captured session; robocup-usarsim, DefaultUSAR.ini and AirRobot.uc",
+     {}},
+    {"P3AT", &plant::kP3at, kP3atSensors, 0, 6.4, "robocup-usarsim, DefaultUSAR.ini", kP3atJoints},
+    {"P2AT", &plant::kP2at, kP2atSensors, 0, 6.4, "USARSim manual V3.1.3", kP2atJoints},
+    {"FrontAckerman", &plant::kFrontSteered, kSteeredSensors, 0, 8, "robocup-usarsim, FrontAckerman.uc",
+     kFrontSteeredJoints},
+    {"BasicAckermanRobot", &plant::kRearSteered, kSteeredSensors, 0, 8, "robocup-usarsim, BasicAckermanRobot.uc",
+     kRearSteeredJoints},
 };
 
 }  // namespace
@@ -123,6 +173,20 @@ const RobotClass* find_class(std::string_view name) {
   for (const RobotClass& c : kClasses)
     if (same_word(c.name, name)) return &c;
   return nullptr;
+}
+
+const JointName* find_joint(const RobotClass& kind, std::string_view name) {
+  for (const std::span<const JointName> joints : {kind.joints, std::span<const JointName>(kCameraJointNames)})
+    for (const JointName& j : joints)
+      if (same_word(j.name, name)) return &j;
+  return nullptr;
+}
+
+std::string joint_names(const RobotClass& kind) {
+  std::string all;
+  for (const std::span<const JointName> joints : {kind.joints, std::span<const JointName>(kCameraJointNames)})
+    for (const JointName& j : joints) all += (all.empty() ? "" : ", ") + std::string(j.name);
+  return all;
 }
 
 std::string class_names() {

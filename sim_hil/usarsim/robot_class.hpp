@@ -41,12 +41,21 @@ struct SensorMount {
   bool left = false;                       // encoder: of the left wheels
 };
 
+/// What a joint that DRIVE {Name ...} and MULTIDRIVE name moves. Wheels of one side, and of a steered vehicle all
+/// driven ones, turn together; so do the two wheels of an axle that steers.
+enum class JointPart : std::uint8_t { pan, tilt, left_wheel, right_wheel, driven_wheel, front_steer, rear_steer };
+struct JointName {
+  const char* name = "";  // in any case
+  JointPart part{};
+};
+
 struct RobotClass {
   const char* name = "";  // "AirRobot"; clients also write "USARBot.AirRobot"
   const plant::VehicleKind* kind = nullptr;
   std::span<const SensorMount> sensors;
   double normal_mps = 0, normal_radps = 0;  // what DRIVE's 100 % are: of velocities, of turning or of wheels
   const char* source = "";                  // of the table
+  std::span<const JointName> joints{};      // besides the camera's, which all have
 };
 
 inline constexpr double kStatusInterval_s = 0.2;  // STA and MISSTA: the captured session
@@ -62,7 +71,11 @@ inline constexpr double kScannerLeast_m = 0.1, kTouch_m = 0.05, kSeaLevel_m = 11
 std::span<const RobotClass> robot_classes();
 /// By "AirRobot", "USARBot.AirRobot" and the like, in any case. Null: there is none.
 const RobotClass* find_class(std::string_view name);
-/// "USARBot.AirRobot, USARBot.P3AT, USARBot.P2AT".
+/// In any case. Null: it has no joint of this name.
+const JointName* find_joint(const RobotClass& kind, std::string_view name);
+/// "FLWheelRoll, ..., CameraPan, CameraTilt, ...".
+std::string joint_names(const RobotClass& kind);
+/// "USARBot.AirRobot, USARBot.P3AT, ...".
 std::string class_names();
 
 }  // namespace sinew::usarsim

@@ -117,10 +117,10 @@ void Session::obey(const UsarLine& line) {
     bool needs_robot;
   };
   static constexpr Known kKnown[] = {
-      {"DRIVE", &Session::drive, true},       {"CAMERA", &Session::turn_camera, true},
-      {"MISPKG", &Session::move_links, true}, {"ACT", &Session::move_links, true},
-      {"SET", &Session::set, true},           {"CONTROL", &Session::control, false},
-      {"INIT", &Session::init, false},
+      {"DRIVE", &Session::drive, true},        {"MULTIDRIVE", &Session::drive_joints, true},
+      {"CAMERA", &Session::turn_camera, true}, {"MISPKG", &Session::move_links, true},
+      {"ACT", &Session::move_links, true},     {"SET", &Session::set, true},
+      {"CONTROL", &Session::control, false},   {"INIT", &Session::init, false},
   };
   for (const Known& k : kKnown) {
     if (!same_word(line.type, k.type)) continue;
@@ -208,62 +208,7 @@ hal::Result<std::size_t> Session::enter(const RobotClass& kind, const UsarLine& 
   return slot;
 }
 
-// ---- DRIVE
-
-void Session::drive(const UsarLine& line) {
-  if (const auto on = flag_of(line, "Light")) robot_->set_light(*on);
-  if (vehicle().kind().locomotion == Locomotion::rotors) return drive_rotors(line);
-  drive_wheels(line);
-}
-
-/// What a line does not name stays as it is. LateralVelocity is to the right, RotationalVelocity clockwise.
-/// Source:  AerialVehicle.uc, Drive; altURI's airrobot.ini.
-void Session::drive_rotors(const UsarLine& line) {
-  const RobotClass& kind = *robot_->bot().kind;
-  const bool normalized = flag_of(line, "Normalized").value_or(false);
-  plant::VehicleCommand command = vehicle().driven();
-  bool any = false;
-  const auto take = [&](const char* key, double& into, double sign, double most) {
-    const auto value = number_of(line, key);
-    if (!value) return;
-    any = true;
-    into = sign * (normalized ? std::clamp(*value, -100.0, 100.0) / 100 * most : *value);
-  };
-  take("LinearVelocity", command.rotors.v_mps.x, 1, kind.normal_mps);
-  take("LateralVelocity", command.rotors.v_mps.y, -1, kind.normal_mps);
-  take("AltitudeVelocity", command.rotors.v_mps.z, 1, kind.normal_mps);
-  take("RotationalVelocity", command.rotors.turn_radps, -1, kind.normal_radps);
-  if (!any && !value_of(line, "Light")) return unusable();
-  robot_->count_drive();
-  vehicle().drive(command);
-}
-
-/// Source:  SkidSteeredVehicle.uc, Drive: both sides, or neither.
-void Session::drive_wheels(const UsarLine& line) {
-  if (const auto on = flag_of(line, "Normalized")) robot_->set_normalized(*on);
-  const auto left = number_of(line, "Left"), right = number_of(line, "Right");
-  if (!left || !right) {
-    if (!value_of(line, "Light")) unusable();
-    return;
-  }
-  const double scale = robot_->normalized() ? robot_->bot().kind->normal_radps / 100 : 1;
-  plant::VehicleCommand command;
-  command.left_radps = scale * *left, command.right_radps = scale * *right;
-  robot_->count_drive();
-  vehicle().drive(command);
-}
-
 // ---- the camera
-
-namespace {
-
-/// Order 0: an angle, 1: a rate. Nothing: another one (2, a torque, is none that a servo knows).
-std::optional<bool> is_rate(std::optional<double> order) {
-  if (!order || *order == 0) return false;
-  return *order == 1 ? std::optional(true) : std::nullopt;
-}
-
-}  // namespace
 
 /// CAMERA {Rotation roll,pitch,yaw} {Order n} {Zoom fov}: the pitch tilts, the yaw pans; nothing rolls.
 void Session::turn_camera(const UsarLine& line) {

@@ -36,6 +36,10 @@ class Session {
   void drive(const wire::UsarLine& line);
   void drive_rotors(const wire::UsarLine& line);
   void drive_wheels(const wire::UsarLine& line);
+  void drive_steered(const wire::UsarLine& line);
+  void drive_joint(const wire::UsarLine& line);
+  void drive_joints(const wire::UsarLine& line);
+  std::string move_joint(std::string_view name, std::string_view text, std::optional<bool> by_rate);
   void turn_camera(const wire::UsarLine& line);
   void move_links(const wire::UsarLine& line);
   void set(const wire::UsarLine& line);
@@ -51,6 +55,7 @@ class Session {
   void tell_things(const wire::UsarLine& line);
 
   void refuse(const std::string& what, const std::string& why);
+  void refuse_drive(const char* type, const std::string& why);
   void unusable() { ++game_.counts().unusable; }
   void say(std::string_view line);
   plant::Vehicle& vehicle() { return robot_->vehicle(); }

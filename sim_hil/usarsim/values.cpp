@@ -74,6 +74,11 @@ std::optional<bool> flag_of(const wire::UsarLine& line, std::string_view key) {
   return std::nullopt;
 }
 
+std::optional<bool> is_rate(std::optional<double> order) {
+  if (!order || *order == 0) return false;
+  return *order == 1 ? std::optional(true) : std::nullopt;
+}
+
 std::string clean(std::string_view text) {
   constexpr std::size_t kMost = 200;
   std::string all(text.substr(0, kMost));

@@ -24,6 +24,10 @@ std::optional<math::Vec3> vector_of(const wire::UsarLine& line, std::string_view
 /// True, true, 1 and False, false, 0.
 std::optional<bool> flag_of(const wire::UsarLine& line, std::string_view key);
 
+/// {Order n} of a joint: 0, or none, is an angle, 1 a rate. Nothing: another one (2, a torque, is none that a servo
+/// knows).
+std::optional<bool> is_rate(std::optional<double> order);
+
 /// `text` as a value of a line: braces and control characters would end it, so they become blanks; at most 200
 /// characters.
 std::string clean(std::string_view text);

@@ -2,6 +2,7 @@
 // passes the check is read within its bytes.
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <vector>
 
@@ -18,7 +19,14 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   std::memcpy(&region, data + sizeof answer, sizeof region);
   auto* head = new grab::Head{};
   std::memcpy(static_cast<void*>(&head->window), data, std::min(size, sizeof head->window));
-  static_cast<void>(hal::windows_of(*head));
+  std::memcpy(static_cast<void*>(&head->title), data, std::min(size, sizeof head->title));
+  for (std::uint32_t i = 0; i < grab::kMaxWindows; ++i) {  // titles that count
+    head->title[i].process.store(head->window[i].process.load());
+    head->title[i].x11.store(head->window[i].x11);
+  }
+  for (const hal::GrabWindow& w : hal::windows_of(*head))
+    if (hal::clean_title(w.title) != w.title) std::abort();
+  static_cast<void>(hal::window_titled(*head, "a"));
   delete head;
   hal::GrabPicture picture = hal::checked_picture(answer, 0);
   const std::size_t bytes = std::size_t{picture.stride} * picture.height;

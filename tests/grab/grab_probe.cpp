@@ -1,5 +1,5 @@
-// grab_probe SESSION PICTURES [camera|view] [RATE_HZ] [X,Y,WIDTH,HEIGHT] [WINDOW]: what a robot's camera, or a reader
-// of the shared memory, gets of a program that draws bars (programs/bars.h). A line a picture:
+// grab_probe SESSION PICTURES [camera|view] [RATE_HZ] [X,Y,WIDTH,HEIGHT] [WINDOW] [TITLE]: what a robot's camera, or a
+// reader of the shared memory, gets of a program that draws bars (programs/bars.h). A line a picture:
 //
 //   picture NUMBER UPPER LOWER SHOWN_NS THERE_NS SWAP WIDTH HEIGHT WINDOW READ_NS
 //
@@ -81,10 +81,12 @@ int by_view(const std::string& session, int pictures, double rate_hz, const hal:
   return 0;
 }
 
-int by_camera(const std::string& session, int pictures, double rate_hz, const hal::GrabRegion& region, int window) {
+int by_camera(const std::string& session, int pictures, double rate_hz, const hal::GrabRegion& region, int window,
+              const std::string& title) {
   std::string why;
   hal::GrabSpec spec;
   spec.name = session, spec.rate_hz = rate_hz, spec.format = msg::PixelFormat::yuyv, spec.window = window;
+  spec.title = title;
   spec.x = region.x, spec.y = region.y, spec.region_width = region.width, spec.region_height = region.height;
   hal::Os& os = hal::system_os();
   auto camera = hal::GrabCamera::open(spec, os, why);
@@ -113,5 +115,6 @@ int main(int argc, char** argv) {
   if (argc > 5) std::sscanf(argv[5], "%d,%d,%u,%u", &region.x, &region.y, &region.width, &region.height);
   const int window = argc > 6 ? std::atoi(argv[6]) : -1;
   const bool view = argc > 3 && std::strcmp(argv[3], "view") == 0;
-  return (view ? by_view : by_camera)(argv[1], std::atoi(argv[2]), rate_hz, region, window);
+  if (view) return by_view(argv[1], std::atoi(argv[2]), rate_hz, region, window);
+  return by_camera(argv[1], std::atoi(argv[2]), rate_hz, region, window, argc > 7 ? argv[7] : "");
 }

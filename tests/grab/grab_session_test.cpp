@@ -27,6 +27,7 @@ class World : public ::testing::Environment {
     folder_ = (std::filesystem::temp_directory_path() / "grab-XXXXXX").string();
     ASSERT_NE(::mkdtemp(folder_.data()), nullptr) << folder_;
     ::setenv("SINEW_RUN_DIR", folder_.c_str(), 1);
+    ::unsetenv("DISPLAY");  // no server has titles for what are no windows
     std::string why;
     auto opened = GrabSession::open("test", why);
     ASSERT_TRUE(opened) << why;
@@ -212,6 +213,118 @@ TEST_F(GrabSessionTest, WindowsAreListedWithProgramAndSize) {
   EXPECT_EQ(windows->front().id, 7u);
   EXPECT_EQ(windows->front().pid, static_cast<std::uint32_t>(process_id()));
   EXPECT_EQ(grab_sessions(), std::vector<std::string>{"test"});
+}
+
+/// Writes a title as `sinew grab` does.
+void entitle(std::uint32_t window, std::uint32_t x11, std::string_view title) {
+  grab::Head* head = grab::memory();
+  ASSERT_TRUE(head);
+  write_grab_title(*head, window, head->window[window].process.load(), x11, title);
+}
+
+TEST_F(GrabSessionTest, ATitleMeansTheWindowThatHasItElseTheOnlyOneThatContainsIt) {
+  show(1, 0), show(2, 0), show(3, 0);
+  auto view = reader();
+  EXPECT_EQ(view->titled("Front").count, 0u) << "no titles yet";
+  entitle(0, 1, "Front camera"), entitle(1, 2, "Rear camera"), entitle(2, 3, "Rear camera 2");
+  EXPECT_EQ(view->titled("Front").window, 0u);
+  EXPECT_EQ(view->titled("Rear camera").window, 1u) << "exactly";
+  EXPECT_EQ(view->titled("camera 2").window, 2u);
+  EXPECT_EQ(view->titled("Rear").window, grab::kNoNumber) << "two of them";
+  EXPECT_EQ(view->titled("Rear").count, 2u);
+  EXPECT_EQ(titles_of(view->windows()), "'Front camera', 'Rear camera', 'Rear camera 2'");
+  grab::forget_window(grab::Api::glx, nullptr, 1);
+  show(4, 0);
+  EXPECT_EQ(view->windows()[0].id, 4u);
+  EXPECT_EQ(view->windows()[0].title, "") << "the next window of this number has another title";
+  EXPECT_EQ(view->titled("Front").count, 0u);
+}
+
+TEST_F(GrabSessionTest, ATitleIsTextWhateverTheProgramCallsItself) {
+  EXPECT_EQ(clean_title("Sicht \xC3\xBC"
+                        "ber 10 \xE2\x82\xAC"),
+            "Sicht \xC3\xBC"
+            "ber 10 \xE2\x82\xAC");
+  EXPECT_EQ(clean_title("a\nb\x1B[2J\x7F"), "a?b?[2J?");
+  EXPECT_EQ(clean_title("\xC3"), "?") << "half a character";
+  EXPECT_EQ(clean_title("\xFF\xC0\xAF\xED\xA0\x80"), "??????") << "no UTF-8";
+  EXPECT_EQ(clean_title("\xC2\x9B"
+                        "1m"),
+            "?1m")
+      << "a control character of two bytes";
+  show(1, 0);
+  entitle(0, 1, std::string(1000, 'x'));
+  std::string why;
+  EXPECT_EQ(grab_windows("test", why)->front().title, std::string(4 * grab::kTitleWords - 1, 'x'));
+}
+
+TEST_F(GrabSessionTest, ACameraFollowsTheTitleFromWindowToWindow) {
+  std::string why;
+  GrabSpec spec;
+  spec.name = "test", spec.width = 32, spec.height = 24, spec.format = msg::PixelFormat::mono8, spec.rate_hz = 0;
+  spec.title = "Front";
+  auto camera = GrabCamera::open(spec, system_os(), why);
+  ASSERT_TRUE(camera) << why;
+  const auto* report = dynamic_cast<const SelfReport*>(camera->get());
+  msg::ImageBuffer image(msg::PixelFormat::mono8, 32, 24);
+  show(1, 11), show(2, 22);
+  entitle(0, 1, "Rear");
+  EXPECT_TRUE(eventually([&] {
+    return report->trouble() == "grabbed program 'test': no window has 'Front' in its title; there are: 'Rear'";
+  })) << report->trouble();
+  EXPECT_EQ(show(1, 11) + show(2, 22), 0) << "no other window instead";
+  const auto next = [&] {
+    int value = -1;
+    EXPECT_TRUE(eventually([&] {
+      show(1, 11), show(2, 22);
+      const auto read = (*camera)->read(*image);
+      if (read && *read) value = image->pixels()[100];
+      return value >= 0;
+    }));
+    return value;
+  };
+  entitle(1, 2, "Front");
+  EXPECT_EQ(next(), 22);
+  EXPECT_EQ(report->trouble(), "");
+  entitle(0, 1, "Front view"), entitle(1, 2, "Rear");
+  EXPECT_TRUE(eventually([&] { return next() == 11; }));
+  entitle(1, 2, "Front too");
+  EXPECT_TRUE(eventually([&] {
+    show(1, 11), show(2, 22);
+    static_cast<void>((*camera)->read(*image));
+    return report->trouble().find("several windows have 'Front' in their titles: 'Front view', 'Front too'") !=
+           std::string::npos;
+  })) << report->trouble();
+}
+
+TEST_F(GrabSessionTest, AWindowThatIsGoneHandsItsTitleAndTheOpenRequestsToTheNext) {
+  std::string why;
+  GrabSpec spec;
+  spec.name = "test", spec.width = 32, spec.height = 24, spec.format = msg::PixelFormat::mono8, spec.rate_hz = 0;
+  spec.title = "Front";
+  show(1, 11), show(2, 22);
+  entitle(0, 1, "Front"), entitle(1, 2, "Rear");
+  auto camera = GrabCamera::open(spec, system_os(), why);
+  ASSERT_TRUE(camera) << why;
+  ASSERT_TRUE(eventually([&] { return show(1, 11) > 0; })) << "the camera asks this window";
+  msg::ImageBuffer image(msg::PixelFormat::mono8, 32, 24);
+  ASSERT_TRUE(eventually([&] {
+    const auto read = (*camera)->read(*image);
+    return read && *read;
+  })) << "now two requests are open";
+  grab::forget_window(grab::Api::glx, nullptr, 1);
+  entitle(1, 2, "Front");
+  EXPECT_TRUE(eventually([&] { return show(2, 22) > 0; }));
+}
+
+TEST_F(GrabSessionTest, TheWindowBehindADrawableIsTheOneThatWasNoted) {
+  grab::note_x11_window(grab::Api::glx, nullptr, 9, 0x400007);
+  show(9, 0), show(10, 0);
+  EXPECT_EQ(grab::memory()->window[0].x11, 0x400007u);
+  EXPECT_EQ(grab::memory()->window[1].x11, 10u) << "where nothing was noted it is the drawable itself";
+  grab::forget_window(grab::Api::glx, nullptr, 9);
+  show(9, 0);
+  EXPECT_EQ(grab::memory()->window[0].x11, 9u) << "forgotten with the drawable";
 }
 
 TEST_F(GrabSessionTest, AnotherSessionOfTheSameNameIsRefused) {

@@ -3,6 +3,7 @@
 
 usage: grab_test.py BUILD ROOT [unittest option...]     BUILD: build/release, with sinew and grab_probe
 """
+import json
 import os
 import pathlib
 import re
@@ -20,7 +21,8 @@ LIBRARY = next(BUILD.glob("lib/*/sinew/libsinew_grab.so"))
 PROGRAMS = ROOT / "tests/grab/programs"
 WORK = pathlib.Path(tempfile.mkdtemp(prefix="sinew-grab-"))
 NS = 1e-9
-TREE_32 = pathlib.Path(os.environ.get("SINEW_SYSROOTS", ROOT / "build/sysroot")) / "i386-gl"
+TREES = pathlib.Path(os.environ.get("SINEW_SYSROOTS", ROOT / "build/sysroot")).resolve()
+TREE_32, TREE_WINE_32 = TREES / "i386-gl", TREES / "i386"
 HAS_32 = (BUILD / "lib/i386-linux-gnu/sinew/libsinew_grab.so").exists()
 WINE = shutil.which("wine64") or ("/usr/lib/wine/wine64" if os.path.exists("/usr/lib/wine/wine64") else None)
 
@@ -107,12 +109,29 @@ class Grabbed:
 FIELDS = ["number", "upper", "lower", "shown", "there", "swap", "width", "height", "window", "read"]
 
 
-def pictures(count, how="view", rate=30, region=None, window=-1, name="test"):
-    command = [PROBE, name, str(count), how, str(rate), region or "0,0,0,0", str(window)]
+def pictures(count, how="view", rate=30, region=None, window=-1, name="test", title=""):
+    command = [PROBE, name, str(count), how, str(rate), region or "0,0,0,0", str(window), title]
     done = subprocess.run(command, capture_output=True, text=True, timeout=60)
     if done.returncode != 0:
         raise AssertionError(f"{command}: {done.returncode}: {done.stderr}")
     return [dict(zip(FIELDS, map(int, line.split()[1:]))) for line in done.stdout.splitlines()]
+
+
+def windows():
+    """Of the session `test`, as `sinew grab --list --json` says."""
+    done = subprocess.run([SINEW, "grab", "--list", "--json"], capture_output=True, text=True, check=True)
+    return {w["window"]: w for session in json.loads(done.stdout) if session["name"] == "test" for w in session["windows"]}
+
+
+def titles(count=1):
+    """The titles of so many windows: they come a moment after their windows."""
+    end = time.monotonic() + 10
+    while time.monotonic() < end:
+        found = {n: w["title"] for n, w in windows().items() if w["title"]}
+        if len(found) >= count:
+            return found
+        time.sleep(0.05)
+    raise AssertionError(f"{found}")
 
 
 class Base(unittest.TestCase):
@@ -223,6 +242,33 @@ rate_hz = 30
             listed = subprocess.run([SINEW, "grab", "--list"], capture_output=True, text=True, check=True).stdout
             self.assertEqual(len(re.findall(r"window \d: OpenGL \(GLX\) of 'bars_glx' \(process \d+\), 320x240", listed)), 3, listed)
 
+    def test_windows_of_one_program_are_cameras_by_their_titles(self):
+        names = ["Front camera", "Rear camera", "Down"]
+        with Grabbed([self.bars, 3000, 60, 320, 240, "--windows", 3, "--titles", ",".join(names)]) as grabbed:
+            self.assertEqual(titles(3), dict(enumerate(names)))
+            listed = subprocess.run([SINEW, "grab", "--list"], capture_output=True, text=True, check=True).stdout
+            self.assertRegex(listed, r"window 1: OpenGL \(GLX\) of 'bars_glx' \(process \d+\), 320x240, 'Rear camera', \d+ pictures")
+            for title, window in (("Rear camera", 1), ("Front", 0), ("own", 2)):
+                for p in pictures(5, "camera", title=title):
+                    self.assertEqual(p["upper"] // 1000, window)
+            for title, window in (("Rear", 1), ("Down", 2)):
+                to = WORK / f"{window}.png"
+                subprocess.run([SINEW, "grab", "--from", "test", "--title", title, "--to", to], check=True, timeout=20)
+                self.assertEqual(to.read_bytes()[:4], b"\x89PNG")
+            for title, words in (("Side", "no window has 'Side' in its title; there are: 'Front camera', 'Rear camera', 'Down'"),
+                                 ("camera", "not one window alone has 'camera' in its title")):
+                done = subprocess.run([SINEW, "grab", "--from", "test", "--title", title, "--to", WORK / "no.png"],
+                                      capture_output=True, text=True, timeout=20)
+                self.assertEqual(done.returncode, 1, done.stderr)
+                self.assertIn(words, done.stderr)
+            self.assertRegex(grabbed.said(), r"window 2: .*'Down'")
+
+    def test_a_camera_stays_with_its_title_when_the_program_turns_them_round(self):
+        with Grabbed([self.bars, 1000, 60, 320, 240, "--windows", 2, "--titles", "Front,Rear", "--turn-titles", 180]):
+            seen = [p["upper"] // 1000 for p in pictures(200, "camera", title="Front")]
+        self.assertEqual((seen[0], seen[-1]), (0, 1))
+        self.assertEqual(seen, sorted(seen), "no way back")
+
     def test_the_programs_state_of_opengl_is_as_it_was(self):
         for read in ("direct", "buffered"):
             grabbed = Grabbed([self.bars, 200, 100, 320, 240, "--state"], "--read", read)
@@ -282,6 +328,16 @@ class ProgramsOfOthers(Base):
             self.assertEqual(size, (500, 500))
             self.assertIn("Vulkan", said)
 
+    def test_titles_by_each_way_to_a_window(self):
+        """The drawable itself, a GLXWindow, a surface of EGL, and one of Vulkan: behind each there is the window with the title."""
+        for command, words in ((["glxgears"], "glxgears"), (["es2gears_x11"], "es2gears"), (["vkcube"], "a cube"),
+                               ([compiled("bars_sdl", *flags("sdl2")), 1000], "bars"),
+                               ([compiled("bars_glfw", *flags("glfw3")), 1000], "bars")):
+            with self.subTest(command[0]), Grabbed(command):
+                if command == ["vkcube"]:
+                    subprocess.run([compiled("name_windows", "-lX11"), "a cube"], check=True, timeout=20)
+                self.assertRegex(titles()[0], words)
+
     def test_sdl_which_opens_libgl_itself(self):
         with Grabbed([compiled("bars_sdl", *flags("sdl2")), 1000]) as grabbed:
             self.check(pictures(30), grabbed.swaps())
@@ -295,6 +351,7 @@ class ProgramsOfOthers(Base):
         program = compiled("bars_d3d9", "-ld3d9", "-lgdi32", compiler="x86_64-w64-mingw32-gcc", ending=".exe")
         with Grabbed([WINE, program, 1500]):
             self.check(pictures(20), {})
+            self.assertEqual(titles()[0], "bars", "the title is its parent's: Wine draws into a window within it")
 
     @unittest.skipUnless(WINE and shutil.which("x86_64-w64-mingw32-gcc"), "wine64 or its compiler is missing")
     def test_direct3d_11_in_wine(self):
@@ -332,6 +389,28 @@ class ProgramsOf32Bits(Base):
         command = ["env", *(f"{name}={value}" for name, value in self.environment.items()), bars, 1000, 60, 640, 480]
         with Grabbed(command) as grabbed:
             self.check(pictures(30), grabbed.swaps())
+
+
+@unittest.skipUnless(HAS_32 and TREE_32.exists() and TREE_WINE_32.exists() and shutil.which("i686-w64-mingw32-gcc"),
+                     "no Wine of 32 bits or no compiler for it (tools/setup.sh windows32), or no OpenGL of 32 bits")
+class Wine32(Base):
+    """A 32-bit Windows program in Wine's 32-bit half, which lives in a folder of its own; sinew and the robot have 64 bits."""
+
+    def test_direct3d_9(self):
+        if subprocess.run([ROOT / "toolchains/wine32.sh", "--check"], cwd=ROOT, capture_output=True, check=False).returncode == 77:
+            self.skipTest("wine32.sh needs root")
+        program = compiled("bars_d3d9", "-ld3d9", "-lgdi32", compiler="i686-w64-mingw32-gcc", ending="_32.exe")
+        head = program.read_bytes()
+        machine = int.from_bytes(head[60:64], "little") + 4
+        self.assertEqual(head[machine:machine + 2], b"\x4c\x01", "not for the i386")
+        command = ["env", "-C", ROOT, ROOT / "toolchains/wine32.sh", "--see", WORK, "--see", TREE_32, "--display", os.environ["DISPLAY"],
+                   "--graphics", TREE_32, program, 700]  # it ends by itself: what is the first process of its space hears no SIGTERM
+        with Grabbed(command) as grabbed:
+            seen = pictures(20)
+            self.check(seen, {})
+            self.assertIn("OpenGL (GLX) of 'bars_d3d9_32.ex", grabbed.said())
+            self.assertEqual({(p["width"], p["height"]) for p in seen}, {(640, 480)})
+            self.assertEqual(titles()[0], "bars")
 
 
 class Library(unittest.TestCase):

@@ -38,14 +38,41 @@ GrabCamera::~GrabCamera() {
   if (thread_) thread_->join();
 }
 
+/// Needs the view. kNoNumber: any, or with a title none.
+std::uint32_t GrabCamera::wanted_window() const noexcept {
+  if (!spec_.title.empty()) return view_->titled(spec_.title).window;
+  return spec_.window < 0 ? GrabView::kAnyWindow : static_cast<std::uint32_t>(spec_.window);
+}
+
+/// The thread's: looks whether another window has the title now, and says when none has. Titles come after their
+/// windows and change; a window that is gone answers no request.
+void GrabCamera::follow_title() {
+  int nobody = kNobody;
+  if (spec_.title.empty() || !holder_.compare_exchange_strong(nobody, kKeeper, std::memory_order_acquire)) return;
+  const TitledWindow found = view_->titled(spec_.title);
+  if (found.window == grab::kNoNumber) {
+    const std::string all = titles_of(view_->windows());
+    untitled_.set(found.count == 0 ? "no window has '" + spec_.title + "' in its title; there are: " + all
+                                   : "several windows have '" + spec_.title + "' in their titles: " + all);
+  } else {
+    ask_next(os_.now());
+  }
+  holder_.store(kNobody, std::memory_order_release);
+}
+
 /// Needs the view. One request a period, at most two open.
 void GrabCamera::ask_next(Time now) noexcept {
   const Duration period{spec_.rate_hz > 0 ? static_cast<std::int64_t>(1e9 / spec_.rate_hz) : 0};
+  const std::uint32_t window = wanted_window();
+  if (!spec_.title.empty()) {
+    has_titled_.store(window != grab::kNoNumber, std::memory_order_relaxed);
+    if (window == grab::kNoNumber) return;  // follow_title() asks when there is one
+    view_->point_at(window);                // what was asked of the window that had the title before
+  }
   while (view_->open_asks() < grab::kSlots) {
     // A program that stood still for a while owes no pictures.
     due_ = period > Duration{0} ? std::max(due_ + period, now - period) : Time{0};
-    view_->ask(spec_.window < 0 ? GrabView::kAnyWindow : static_cast<std::uint32_t>(spec_.window),
-               {spec_.x, spec_.y, spec_.region_width, spec_.region_height}, due_);
+    view_->ask(window, {spec_.x, spec_.y, spec_.region_width, spec_.region_height}, due_);
   }
 }
 
@@ -112,6 +139,8 @@ void GrabCamera::run() noexcept {
         os_.wait(stop_, 0, os_.now() + 1ms);
     } else if (!view_->is_connected()) {
       lose();
+    } else {
+      follow_title();
     }
   }
 }
@@ -123,7 +152,7 @@ bool GrabCamera::connect_now() {
     missing_.set(why);
     return false;
   }
-  missing_.set({});
+  missing_.set({}), untitled_.set({});
   view_ = std::move(*view);
   due_ = os_.now();
   last_ns_.store(os_.now().ns);
@@ -153,6 +182,8 @@ std::string GrabCamera::trouble() const {
     const std::string why = missing_.get();
     return why.empty() ? std::string() : camera + why;
   }
+  if (!spec_.title.empty() && !has_titled_.load(std::memory_order_relaxed))
+    if (const std::string why = untitled_.get(); !why.empty()) return camera + why;
   const auto status = static_cast<grab::AnswerStatus>(last_status_.load(std::memory_order_relaxed));
   if (const std::string words = words_of(status); !words.empty()) return camera + words;
   if (os_.now() - Time{last_ns_.load()} > kSilenceWorthSaying) return camera + "it shows no pictures";

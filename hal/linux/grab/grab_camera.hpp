@@ -54,6 +54,8 @@ class GrabCamera final : public Camera, public SelfReport {
   bool connect_now();
   void lose();
   void ask_next(Time now) noexcept;
+  std::uint32_t wanted_window() const noexcept;
+  void follow_title();
   Result<bool> take_over(const GrabPicture& picture, msg::Image& out) noexcept;
 
   const GrabSpec spec_;
@@ -68,8 +70,8 @@ class GrabCamera final : public Camera, public SelfReport {
   std::atomic<std::uint32_t> last_status_{0};
   Wide<std::int64_t> last_ns_;
   Tally pictures_, refused_, resized_, restarts_;
-  std::atomic<bool> connected_{false};
-  TroubleText missing_;
+  std::atomic<bool> connected_{false}, has_titled_{false};
+  TroubleText missing_, untitled_;
   WakeWord stop_{0};
   std::unique_ptr<Thread> thread_;
 };

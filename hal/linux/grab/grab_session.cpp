@@ -141,6 +141,7 @@ Result<std::unique_ptr<GrabSession>> GrabSession::open(const std::string& name, 
 }
 
 GrabSession::~GrabSession() {
+  titles_.reset();  // it writes into the memory
   if (listener_ >= 0) {
     ::unlink(path_.c_str());
     ::close(listener_);
@@ -217,7 +218,10 @@ bool GrabSession::introduced(Peer& peer) {
   }
   peer.welcome = true;
   welcome.number = peer.number, welcome.view = peer.view;
-  if (peer.role == Hello::Role::program) ++programs_seen_;
+  if (peer.role == Hello::Role::program) {
+    ++programs_seen_;
+    if (!titles_) titles_ = std::make_unique<GrabTitles>(*head_);
+  }
   return send_welcome(peer.fd, welcome, memory_);
 }
 

@@ -5,6 +5,7 @@
 
 #include "grab/grab_memory.hpp"
 #include "hal/clock.hpp"
+#include "hal/linux/grab/grab_titles.hpp"
 #include "hal/linux/run_dir.hpp"
 
 namespace sinew::hal {
@@ -63,7 +64,8 @@ class GrabSession {
   std::uint32_t next_number_ = 1;
   std::size_t programs_seen_ = 0;
   std::vector<Peer> peers_;
-  std::vector<std::uint32_t> left_;  // views whose reader is gone while a program is writing a picture
+  std::unique_ptr<GrabTitles> titles_;  // from the first program on
+  std::vector<std::uint32_t> left_;     // views whose reader is gone while a program is writing a picture
 };
 
 }  // namespace sinew::hal

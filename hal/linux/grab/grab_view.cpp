@@ -9,6 +9,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstring>
 
@@ -127,7 +128,81 @@ const char* api_name(std::uint32_t api) {
   return "unknown";
 }
 
+/// A title's bytes, copied whole, with a final 0. False: the window has none.
+bool read_title(const grab::Head& head, std::uint32_t number, std::array<char, 4 * grab::kTitleWords>& text) noexcept {
+  const grab::Window& window = head.window[number];
+  const grab::Title& title = head.title[number];
+  constexpr int kTries = 4;
+  for (int i = 0; i < kTries; ++i) {
+    const std::uint32_t writes = title.writes.load(std::memory_order_acquire);
+    const bool is_of_it =
+        title.process.load(std::memory_order_acquire) == window.process.load(std::memory_order_relaxed) &&
+        title.x11.load(std::memory_order_acquire) == window.x11;
+    for (std::uint32_t w = 0; w < grab::kTitleWords; ++w) {
+      const std::uint32_t word = title.text[w].load(std::memory_order_acquire);
+      std::memcpy(text.data() + 4 * w, &word, sizeof word);
+    }
+    if (writes % 2 != 0 || title.writes.load(std::memory_order_relaxed) != writes) continue;
+    text.back() = 0;
+    return is_of_it && text.front() != 0;
+  }
+  return false;
+}
+
+/// The bytes of one character of UTF-8 at the beginning of `text`; 0: it is none.
+std::size_t utf8_bytes(std::string_view text) noexcept {
+  const auto first = static_cast<unsigned char>(text[0]);
+  if (first < 0x80) return 1;
+  const std::size_t count = first >= 0xC2 && first < 0xE0   ? 2
+                            : first >= 0xE0 && first < 0xF0 ? 3
+                            : first >= 0xF0 && first < 0xF5 ? 4
+                                                            : 0;
+  if (count == 0 || text.size() < count) return 0;
+  for (std::size_t i = 1; i < count; ++i)
+    if ((static_cast<unsigned char>(text[i]) & 0xC0) != 0x80) return 0;
+  const auto second = static_cast<unsigned char>(text[1]);
+  if ((first == 0xE0 && second < 0xA0) || (first == 0xED && second > 0x9F) || (first == 0xF0 && second < 0x90) ||
+      (first == 0xF4 && second > 0x8F))
+    return 0;  // longer than needed, half of a pair, beyond the last
+  return count;
+}
+
 }  // namespace
+
+std::string clean_title(std::string_view text) {
+  std::string all;
+  while (!text.empty()) {
+    const std::size_t bytes = utf8_bytes(text);
+    const auto first = static_cast<unsigned char>(text[0]);
+    const bool is_control =
+        first < 0x20 || first == 0x7F || (first == 0xC2 && bytes == 2 && static_cast<unsigned char>(text[1]) < 0xA0);
+    all += bytes == 0 || is_control ? "?" : text.substr(0, bytes);
+    text.remove_prefix(std::max<std::size_t>(bytes, 1));
+  }
+  return all;
+}
+
+TitledWindow window_titled(const grab::Head& head, std::string_view title) noexcept {
+  TitledWindow found;
+  std::array<char, 4 * grab::kTitleWords> text;
+  for (std::uint32_t i = 0; i < grab::kMaxWindows; ++i) {
+    const grab::Window& w = head.window[i];
+    if (w.process.load(std::memory_order_acquire) == 0 || w.ready.load(std::memory_order_acquire) == 0) continue;
+    if (!read_title(head, i, text)) continue;
+    const std::string_view has(text.data());
+    if (has == title) return {i, 1};
+    if (has.find(title) == std::string_view::npos) continue;
+    found = {found.count == 0 ? i : grab::kNoNumber, found.count + 1};
+  }
+  return found;
+}
+
+std::string titles_of(const std::vector<GrabWindow>& windows) {
+  std::string all;
+  for (const GrabWindow& w : windows)
+    if (!w.title.empty()) all += (all.empty() ? "'" : ", '") + w.title + "'";
+  return all.empty() ? "none" : all;
+}
 
 const char* words_of(grab::AnswerStatus status) {
   switch (status) {
@@ -182,6 +257,8 @@ std::vector<GrabWindow> windows_of(const grab::Head& head) {
     out.width = w.width.load(std::memory_order_relaxed), out.height = w.height.load(std::memory_order_relaxed);
     out.pictures = w.swaps.load(std::memory_order_relaxed);
     out.id = std::uint64_t{w.id[1]} << 32 | w.id[0];
+    if (std::array<char, 4 * grab::kTitleWords> title; read_title(head, i, title))
+      out.title = clean_title(title.data());
     all.push_back(std::move(out));
   }
   return all;
@@ -217,6 +294,16 @@ bool GrabView::ask(std::uint32_t window, const GrabRegion& region, Time due) noe
   view.asked.store(++asked_, std::memory_order_release);  // partner: the program's acquire
   return true;
 }
+
+void GrabView::point_at(std::uint32_t window) noexcept {
+  grab::View& view = head_->view[view_];
+  for (std::uint32_t n = taken_; n != asked_; ++n)  // the program may look at it now: one word, the old one or the new
+    std::atomic_ref<std::uint32_t>(view.requests[n % grab::kSlots].window).store(window, std::memory_order_relaxed);
+}
+
+TitledWindow GrabView::titled(std::string_view title) const noexcept { return window_titled(*head_, title); }
+
+std::vector<GrabWindow> GrabView::windows() const { return windows_of(*head_); }
 
 const std::uint8_t* GrabView::mapped(std::uint32_t slot, std::size_t bytes) noexcept {
   Mapping& m = mappings_[slot];

@@ -17,6 +17,7 @@ struct GrabWindow {
   std::string program, api;
   std::uint32_t pid = 0, width = 0, height = 0, pictures = 0;
   std::uint64_t id = 0;  // X11's, for OpenGL on X11
+  std::string title;     // UTF-8; empty: it has none, or none that is known
 };
 
 /// A picture in the shared memory, checked: `pixels` may be read as far as the fields say.
@@ -45,6 +46,12 @@ struct GrabRegion {
   std::uint32_t width = 0, height = 0;  // 0: to the border
 };
 
+/// Which window a title means: the one that has exactly this title, else the only one whose title contains it.
+struct TitledWindow {
+  std::uint32_t window = grab::kNoNumber;  // none, or none alone
+  std::uint32_t count = 0;                 // whose title contains it
+};
+
 /// One reader of a session of `sinew grab`: asks for pictures of one window, at most two ahead, and reads them in
 /// place.
 ///
@@ -53,7 +60,7 @@ struct GrabRegion {
 ///   if (const auto picture = view->oldest()) { ...; view->take(); }
 ///
 /// Thread:  owner; wait(), is_connected(): one other thread besides.
-/// RT:      ask(), oldest(), take() yes.
+/// RT:      ask(), point_at(), titled(), oldest(), take() yes.
 class GrabView {
  public:
   static constexpr std::uint32_t kAnyWindow = grab::kNoNumber;  // the one that shows pictures
@@ -66,6 +73,10 @@ class GrabView {
 
   /// False: two are asked for and not taken yet.
   bool ask(std::uint32_t window, const GrabRegion& region, Time due) noexcept;
+  /// Points the requests that are open at another window.
+  void point_at(std::uint32_t window) noexcept;
+  TitledWindow titled(std::string_view title) const noexcept;
+  std::vector<GrabWindow> windows() const;
   std::uint32_t asked() const noexcept { return asked_; }
   std::uint32_t open_asks() const noexcept { return asked_ - taken_; }
   /// The oldest picture that has come and was not taken; nothing: none. What the program wrote is checked here: a
@@ -103,5 +114,11 @@ Result<std::vector<GrabWindow>> grab_windows(const std::string& session, std::st
 GrabPicture checked_picture(const grab::Answer& answer, std::uint32_t number) noexcept;
 /// Whether any program shows pictures in this memory; its windows.
 std::vector<GrabWindow> windows_of(const grab::Head& head);
+/// RT: yes.
+TitledWindow window_titled(const grab::Head& head, std::string_view title) noexcept;
+/// "'Front', 'Rear'": for people; "none" where no window has a title.
+std::string titles_of(const std::vector<GrabWindow>& windows);
+/// A title without what is no UTF-8 and without control characters: these become '?'.
+std::string clean_title(std::string_view text);
 
 }  // namespace sinew::hal

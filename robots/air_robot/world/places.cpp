@@ -61,6 +61,7 @@ std::string moving_xml(bool crate_is_there) {
   bodies += copy_of("target", 0);
   for (const char* kind : {"crate_plain", "crate_red", "crate_green", "crate_blue"})
     for (std::size_t i = 0; i < kMostOfAKind; ++i) bodies += copy_of(kind, i);
+  for (std::size_t i = 0; i < kMostRobots; ++i) bodies += copy_of("steered", i);
   return assets + "</asset>\n<worldbody>\n" + bodies + "</worldbody>\n";
 }
 

@@ -1,7 +1,9 @@
 /* bars_glx FRAMES FPS WIDTH HEIGHT [--resize FRAME WIDTHxHEIGHT] [--windows N] [--state] [--read-every N]
+ *          [--titles TITLE,TITLE,...] [--turn-titles FRAME]
  * Frame numbers by GLX, linked with libGL as glxgears is. --state: leaves every state that a reader of pixels could
  * disturb at an unusual value, and checks at each frame that it is still there (exit code 3). --read-every N: reads its
- * own picture at each Nth frame (bench/grab_bench.py). */
+ * own picture at each Nth frame (bench/grab_bench.py). --turn-titles: from that frame on each window has the title of the
+ * next one. */
 #define GL_GLEXT_PROTOTYPES
 #include <GL/gl.h>
 #include <GL/glext.h>
@@ -53,10 +55,22 @@ static int state_is_there(GLuint read_framebuffer) {
   return good && error == GL_NO_ERROR;
 }
 
+/* Window w gets the title number w of those between commas. */
+static void set_titles(Display* display, const Window* window, int windows, const char* titles, int first) {
+  char all[256], *title[8], *at;
+  int count = 0, w;
+  strncpy(all, titles, sizeof all - 1), all[sizeof all - 1] = 0;
+  for (at = strtok(all, ","); at != NULL && count < 8; at = strtok(NULL, ",")) title[count++] = at;
+  for (w = 0; w < windows && count > 0; ++w) XStoreName(display, window[w], title[(w + first) % count]);
+  XSync(display, False);
+}
+
 int main(int argc, char** argv) {
   unsigned frames = argc > 1 ? (unsigned)atoi(argv[1]) : 100, resize_at = 0, number;
   double fps = argc > 2 ? atof(argv[2]) : 60;
   int width[8], height[8], new_width = 0, new_height = 0, windows = 1, check = 0, read_every = 0, i, w;
+  const char* titles = NULL;
+  unsigned turn_at = 0;
   for (w = 0; w < 8; ++w) width[w] = argc > 3 ? atoi(argv[3]) : 640, height[w] = argc > 4 ? atoi(argv[4]) : 480;
   for (i = 5; i < argc; ++i) {
     if (strcmp(argv[i], "--resize") == 0 && i + 2 < argc) {
@@ -65,6 +79,8 @@ int main(int argc, char** argv) {
     }
     if (strcmp(argv[i], "--windows") == 0 && i + 1 < argc) windows = atoi(argv[i + 1]);
     if (strcmp(argv[i], "--state") == 0) check = 1;
+    if (strcmp(argv[i], "--titles") == 0 && i + 1 < argc) titles = argv[i + 1];
+    if (strcmp(argv[i], "--turn-titles") == 0 && i + 1 < argc) turn_at = (unsigned)atoi(argv[i + 1]);
     if (strcmp(argv[i], "--read-every") == 0 && i + 1 < argc) read_every = atoi(argv[i + 1]);
   }
   Display* display = XOpenDisplay(NULL);
@@ -80,6 +96,7 @@ int main(int argc, char** argv) {
                               visual->depth, InputOutput, visual->visual, CWColormap, &more);
     XMapWindow(display, window[w]);
   }
+  if (titles != NULL) set_titles(display, window, windows, titles, 0);
   GLXContext context = glXCreateContext(display, visual, NULL, True);
   glXMakeCurrent(display, window[0], context);
   if (check) set_state();
@@ -90,6 +107,7 @@ int main(int argc, char** argv) {
       XSync(display, False);
       width[0] = new_width, height[0] = new_height;
     }
+    if (number == turn_at && titles != NULL) set_titles(display, window, windows, titles, 1);
     for (w = 0; w < windows; ++w) {
       if (windows > 1) glXMakeCurrent(display, window[w], context);
       GLuint read_framebuffer = check && number % 2 == 0 ? framebuffer : 0;

@@ -19,7 +19,7 @@ PlaceMap map_of(PlaceNumber number) {
 
 TEST(Places, EachHasRoomForAllVehiclesOfEachKindAtItsStartPoses) {
   for (const PlaceNumber number : kAll)
-    for (const VehicleKind* kind : {&kAirRobot, &kP3at, &kP2at}) {
+    for (const VehicleKind* kind : {&kAirRobot, &kP3at, &kP2at, &kFrontSteered, &kRearSteered}) {
       Place place(map_of(number), {});
       ASSERT_EQ(place.map().starts.size(), kMostRobots);
       for (const StartPose& start : place.map().starts)

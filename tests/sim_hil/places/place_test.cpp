@@ -185,6 +185,60 @@ TEST(Place, WheelsRollAsFastAsTheyTurnAndSkidRound) {
   EXPECT_NEAR(v.body().angles_rad.yaw, yaw, 1e-3);
 }
 
+VehicleCommand steer(double spin_radps, double front_rad, double rear_rad) {
+  VehicleCommand command;
+  command.steered = {spin_radps, front_rad, rear_rad};
+  return command;
+}
+
+/// The circle's radius: of the middle of the axle that does not steer, wheelbase / tan(angle).
+TEST(Place, SteeredWheelsRollOnTheCircleOfTheirAngle) {
+  Place place(ground(), {});
+  Vehicle& v = put(place, kFrontSteered, -4, -7);
+  v.drive(steer(0, 0.3, 0));
+  wait(place, 1);
+  EXPECT_NEAR(v.wheels().front_steer_rad(), 0.3, 1e-9);
+  v.drive(steer(4, 0.3, 0));
+  wait(place, 6);
+  const double rear_way = kFrontSteered.wheel_radius_m * (v.wheels().left_rad() + v.wheels().right_rad()) / 2;
+  EXPECT_NEAR(v.body().angles_rad.yaw, rear_way * std::tan(0.3) / kFrontSteered.wheelbase_m, 0.01) << "to the left";
+  const double half = kFrontSteered.wheelbase_m / 2, radius = kFrontSteered.wheelbase_m / std::tan(0.3);
+  const double yaw = v.body().angles_rad.yaw;
+  EXPECT_NEAR(v.body().p_world_m.x, -4 - half + radius * std::sin(yaw) + half * std::cos(yaw), 0.01);
+  EXPECT_NEAR(v.body().p_world_m.y, -7 + radius * (1 - std::cos(yaw)) + half * std::sin(yaw), 0.01);
+  EXPECT_GT(v.wheels().right_rad(), v.wheels().left_rad()) << "the outer wheels turn more";
+}
+
+TEST(Place, RearWheelsTurnedLeftSteerToTheRight) {
+  Place place(ground(), {});
+  Vehicle& v = put(place, kRearSteered, -4, 0);
+  v.drive(steer(4, 0.5, 0.4));
+  wait(place, 2);
+  EXPECT_NEAR(v.wheels().rear_steer_rad(), 0.4, 1e-9);
+  EXPECT_EQ(v.wheels().front_steer_rad(), 0) << "it has no wheels in front that steer";
+  EXPECT_LT(v.body().angles_rad.yaw, -0.3);
+}
+
+TEST(Place, SteeringIsLimitedInAngleAndRateAndSpinInSpeed) {
+  Place place(ground(), {});
+  Vehicle& v = put(place, kFrontSteered, -4, 0);
+  v.drive(steer(1e9, 1e9, 1e9));
+  wait(place, 0.2);
+  EXPECT_NEAR(v.wheels().front_steer_rad(), 0.2 * kFrontSteered.steer_radps, 1e-6);
+  wait(place, 1);
+  EXPECT_NEAR(v.wheels().front_steer_rad(), kFrontSteered.front_steer_rad, 1e-9);
+  EXPECT_LE((v.wheels().left_radps() + v.wheels().right_radps()) / 2, kFrontSteered.wheel_radps);
+  EXPECT_TRUE(math::is_finite(v.body().p_world_m));
+}
+
+TEST(Place, VehiclesThatSteerHaveTheirOwnPictures) {
+  Place place(ground(), {});
+  const Vehicle& v = put(place, kFrontSteered, -4, 0);
+  const Scene scene = place.bodies(kMostRobots);
+  EXPECT_NEAR(scene.body[SceneOrder::kSteered + v.slot()].p_world_m.x, -4, 1e-9);
+  EXPECT_LT(scene.body[SceneOrder::kWheeled + v.slot()].p_world_m.z, -100) << "out of sight";
+}
+
 TEST(Place, WheelsClimbARampAndLeanWithIt) {
   Place place(ground(), {});
   Vehicle& v = put(place, kP3at, 0, 3);

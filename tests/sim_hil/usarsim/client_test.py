@@ -174,6 +174,41 @@ class UsarsimTest(unittest.TestCase):
         self.assertEqual(report["robots"], 3)
         self.assertEqual((report["torn"], report["unusable"], report["unknown"]), (0, 0, 0))
 
+    def test_vehicles_with_steered_wheels_and_joints_by_name(self):
+        server = self.serve("--place", "2", "--target-speed", "0", "--image-type", "raw", "--camera-noise", "0")
+        watcher = self.client(server, "{ClassName USARBot.P3AT} {Name W} {Location -6,0,0.2}")
+        watcher.hear(0.3)
+        images = Images(server)
+        self.addCleanup(images.close)
+        watcher.say("SET {Type Camera} {Robot W} {Name Camera} {Client 127.0.0.1}")
+        watcher.hear(0.2)
+        alone = images.ask()[1]
+        front = self.client(server, "{ClassName USARBot.FrontAckerman} {Name F} {Location -4,0,0.2}")
+        rear = self.client(server, "{ClassName USARBot.BasicAckermanRobot} {Name R} {Location -4,4,0.2}")
+        for client in (front, rear):
+            client.hear(0.3)
+        self.assertNotEqual(images.ask()[1], alone, "it is seen")
+        self.assertEqual(keys(front.until("STA"))["FrontSteer"], "0.0000")
+        front.say("DRIVE {Speed 4.00} {FrontSteer 0.40} {RearSteer 0.00} {Normalized false} {Light false}")
+        rear.say("DRIVE {Speed 4,0} {FrontSteer 0} {RearSteer 0,4}")
+        watcher.say("MULTIDRIVE {CameraPan 0.50} {CameraTilt 0.20} {FRFlipper 1.0}")
+        self.assertIn("no joint 'FRFlipper'; P3AT has FLWheelRoll, ", watcher.until("NFO {Error MULTIDRIVE}"))
+        time.sleep(1.7)
+        (to_right, turned), (to_left, back) = [truth(client.hear(0.3)) for client in (front, rear)]
+        self.assertGreater(to_right[1], 0.02, "clockwise")
+        self.assertTrue(0.1 < turned[2] < 1.5, turned)
+        self.assertTrue(4.5 < back[2] < 6.2, back)
+        self.assertEqual(keys(front.until("STA"))["FrontSteer"], "0.4000")
+        said = [line for line in watcher.hear(0.5) if line.startswith("MISSTA")]
+        values = re.findall(r"\{Value ([-0-9.]+)\}", said[-1])
+        self.assertEqual([float(v) for v in values], [0.5, 0.2])
+        front.say("GETCONF {Type Robot}")
+        conf = front.until("CONF")
+        self.assertIn("{SteeringType AckermanSteered}", conf)
+        self.assertIn("{MaxFrontSteer 0.5000} {MaxRearSteer 0.0000}", conf)
+        report = server.close()
+        self.assertEqual((report["torn"], report["unusable"], report["unknown"]), (0, 1, 0))
+
     def test_pictures_whole_and_in_part_raw_and_jpeg(self):
         server = self.serve("--image-type", "raw", "--camera-noise", "0", "--target-speed", "0")
         client = self.client(server, "{ClassName USARBot.P3AT} {Name A} {Start Pose1}")

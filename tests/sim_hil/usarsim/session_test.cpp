@@ -223,6 +223,129 @@ TEST(UsarSession, NormalizedIsAPercentageOfTheClass) {
   EXPECT_NEAR(wheels.robot()->vehicle().wheels().left_radps(), 3.2, 0.01) << "half of 6.4 rad/s";
 }
 
+TEST(UsarSession, ASteeredVehicleTakesItsSpeedAndTheAnglesOfItsAxles) {
+  Rig rig;
+  Client& c = rig.with("FrontAckerman");
+  c.say("DRIVE {Speed 4.00} {FrontSteer 0.30} {RearSteer 0.00} {Normalized false} {Light true}");
+  rig.wait(2);
+  EXPECT_GT(rig.body(c).p_world_m.x, 0.4);
+  EXPECT_LT(rig.body(c).angles_rad.yaw, -0.1) << "clockwise is positive";
+  EXPECT_THAT(c.last("STA"), HasSubstr("{FrontSteer 0.3000} {RearSteer 0.0000} {LightToggle True}"));
+  const auto yaw = [&] { return rig.body(c).angles_rad.yaw; };
+  const double before = yaw();
+  c.say("DRIVE {FrontSteer -0.30}");
+  rig.wait(2);
+  EXPECT_GT(yaw(), before) << "Speed stays as it was";
+  c.say("DRIVE {Speed 0} {FrontSteer 0} {RearSteer 0}");
+  rig.wait(3);
+  EXPECT_NEAR(math::norm(rig.body(c).v_world_mps), 0, 1e-3);
+  EXPECT_EQ(rig.game.counts().unusable, 0u);
+
+  Client& rear = rig.with("BasicAckermanRobot", "{Location 0,4,0.2}");
+  rear.say("DRIVE {Speed 50} {FrontSteer 0} {RearSteer 50} {Normalized True}");
+  rig.wait(2);
+  EXPECT_NEAR(rear.robot()->vehicle().wheels().rear_steer_rad(), -0.4, 1e-6) << "half of 0.8 rad";
+  EXPECT_NEAR((rear.robot()->vehicle().wheels().left_radps() + rear.robot()->vehicle().wheels().right_radps()) / 2, 4,
+              0.01)
+      << "half of 8 rad/s";
+  EXPECT_GT(rig.body(rear).angles_rad.yaw, 0.1) << "rear wheels to the right steer to the left";
+}
+
+TEST(UsarSession, OdometryOfASteeredVehicleIsTheWayOfTheAxleThatDoesNotSteer) {
+  Rig rig;
+  Client& c = rig.with("FrontAckerman", "{Location -4,0,0.2}");
+  c.say("DRIVE {Speed 4} {FrontSteer -0.3} {RearSteer 0}");
+  rig.wait(4.001);
+  const std::string said = of_type(c.hear(), "Odometry").back();
+  const double half = plant::kFrontSteered.wheelbase_m / 2, yaw = rig.body(c).angles_rad.yaw;
+  EXPECT_NEAR(number(said, "Pose", 0), rig.body(c).p_world_m.x - half * std::cos(yaw) - (-4 - half), 0.02);
+  EXPECT_NEAR(number(said, "Pose", 1), -(rig.body(c).p_world_m.y - half * std::sin(yaw)), 0.02);
+  EXPECT_NEAR(number(said, "Pose", 2), -yaw, 0.02);
+}
+
+TEST(UsarSession, ADriveThatAVehicleCannotObeyIsAnsweredWithTheReasonAndChangesNothing) {
+  Rig rig;
+  Client& c = rig.with("FrontAckerman");
+  c.say("DRIVE {Speed 2} {FrontSteer 0.1} {RearSteer 0}");
+  c.hear();
+  c.say("DRIVE {Speed 5} {FrontSteer much} {RearSteer }");
+  EXPECT_EQ(c.last("NFO"), "NFO {Error DRIVE} {Reason FrontSteer 'much' is no number; RearSteer '' is no number}");
+  c.say("DRIVE {Left 1} {Right 1}");
+  EXPECT_EQ(c.last("NFO"), "NFO {Error DRIVE} {Reason FrontAckerman is driven by Speed, FrontSteer, RearSteer}");
+  EXPECT_EQ(c.robot()->vehicle().driven().steered.spin_radps, 2) << "as before";
+  EXPECT_EQ(c.robot()->vehicle().driven().steered.front_rad, -0.1);
+  Client& skid = rig.with("P3AT", "{Start Pose2}");
+  skid.hear();
+  skid.say("DRIVE {Speed 2} {FrontSteer 0.1} {RearSteer 0}");
+  EXPECT_EQ(skid.last("NFO"), "NFO {Error DRIVE} {Reason P3AT has no steered wheels: it is driven by Left and Right}");
+  EXPECT_EQ(rig.game.counts().unusable, 3u);
+}
+
+TEST(UsarSession, MultidriveMovesNamedJoints) {
+  Rig rig;
+  Client& c = rig.with("P3AT");
+  c.say("MULTIDRIVE {CameraPan 0.5} {CameraTilt -0.3} {FLWheelRoll 2} {frwheelroll 3,0}");
+  rig.wait(1.2);
+  const plant::Vehicle& v = c.robot()->vehicle();
+  EXPECT_NEAR(v.camera().position_rad[plant::kPan], -0.5, 1e-4) << "clockwise";
+  EXPECT_NEAR(v.camera().position_rad[plant::kTilt], 0.3, 1e-4) << "upwards";
+  EXPECT_EQ(v.driven().left_radps, 2);
+  EXPECT_EQ(v.driven().right_radps, 3) << "names in any case, decimal commas";
+  EXPECT_THAT(c.last("MISSTA"), HasSubstr("{Link 1} {Value 0.5000}"));
+
+  Client& steered = rig.with("FrontAckerman", "{Location 0,4,0.2}");
+  steered.say("MULTIDRIVE {FRFrontSteer 0.2} {BLWheelRoll 1.5}");
+  EXPECT_EQ(steered.robot()->vehicle().driven().steered.front_rad, -0.2);
+  EXPECT_EQ(steered.robot()->vehicle().driven().steered.spin_radps, 1.5);
+  EXPECT_EQ(rig.game.counts().unusable, 0u);
+  EXPECT_EQ(rig.game.counts().unknown, 0u);
+}
+
+TEST(UsarSession, JointsThatARobotDoesNotHaveAreNamedAndTheOthersMove) {
+  Rig rig;
+  Client& c = rig.with("AirRobot");
+  c.hear();
+  c.say("MULTIDRIVE {FRFlipper 0.8} {CameraPanTilt_Link1 0.25} {CameraTilt up}");
+  EXPECT_EQ(c.last("NFO"),
+            "NFO {Error MULTIDRIVE} {Reason no joint 'FRFlipper'; AirRobot has CameraPan, CameraTilt, "
+            "CameraPanTilt_Link1, CameraPanTilt_Link2; CameraTilt 'up' is no number}");
+  rig.wait(1);
+  EXPECT_NEAR(c.robot()->vehicle().camera().position_rad[plant::kPan], -0.25, 1e-4);
+  EXPECT_EQ(c.robot()->vehicle().camera().position_rad[plant::kTilt], 0);
+  c.say("MULTIDRIVE");
+  EXPECT_THAT(c.last("NFO {Error MULTIDRIVE}"), HasSubstr("it names no joint"));
+  EXPECT_EQ(rig.game.counts().unusable, 2u);
+}
+
+TEST(UsarSession, DriveWithANameTurnsOneJointToAnAngleOrAtARate) {
+  Rig rig;
+  Client& c = rig.with("P2AT");
+  c.say("DRIVE {Name CameraTilt} {Order 1} {Value 0.5}");
+  c.say("DRIVE {Name CameraPan} {Value 0.4}");
+  c.say("DRIVE {Name LeftRWheel} {Order 1} {Value 1.5}");
+  rig.wait(0.5);
+  const plant::Vehicle& v = c.robot()->vehicle();
+  EXPECT_NEAR(v.camera().rate_radps[plant::kTilt], -0.5, 1e-6);
+  EXPECT_NEAR(v.camera().position_rad[plant::kPan], -0.4, 1e-3);
+  EXPECT_EQ(v.driven().left_radps, 1.5);
+  EXPECT_EQ(rig.game.counts().unusable, 0u);
+  const auto why = [&](const std::string& line) {
+    c.hear();
+    c.say(line);
+    const std::string answer = c.last("NFO {Error DRIVE} {Reason ");
+    return answer.empty() ? answer : answer.substr(26, answer.size() - 27);
+  };
+  EXPECT_EQ(why("DRIVE {Name CameraPan} {Order 2} {Value 1}"), "Order '2': there are 0, an angle, and 1, a rate");
+  EXPECT_EQ(why("DRIVE {Name CameraPan} {Steps 20}"), "a joint needs its Value; Steps are not known here");
+  EXPECT_EQ(why("DRIVE {Name LeftFWheel} {Order 0} {Value 1}"), "LeftFWheel turns at a rate: Order 1");
+  EXPECT_THAT(why("DRIVE {Name Elbow} {Value 1}"), StartsWith("no joint 'Elbow'; P2AT has LeftFWheel, LeftRWheel, "));
+  EXPECT_NEAR(v.camera().position_rad[plant::kPan], -0.4, 1e-3) << "none of these moved it";
+  Client& steered = rig.with("FrontAckerman", "{Location 0,4,0.2}");
+  steered.hear();
+  steered.say("DRIVE {Name FLFrontSteer} {Order 1} {Value 0.1}");
+  EXPECT_THAT(steered.last("NFO {Error DRIVE}"), HasSubstr("FLFrontSteer turns to an angle: Order 0"));
+}
+
 TEST(UsarSession, LightIsTold) {
   Rig rig;
   Client& c = rig.with("P3AT");
@@ -372,7 +495,8 @@ TEST(UsarSession, AnUnknownClassIsAnsweredWithThoseThatThereAre) {
   c.say("INIT {ClassName USARBot.Kenaf} {Name R1} {Start Pose1}");
   EXPECT_EQ(
       c.last("NFO {Error"),
-      "NFO {Error INIT} {Reason no class 'USARBot.Kenaf'; there are USARBot.AirRobot, USARBot.P3AT, USARBot.P2AT}");
+      "NFO {Error INIT} {Reason no class 'USARBot.Kenaf'; there are USARBot.AirRobot, USARBot.P3AT, USARBot.P2AT, "
+      "USARBot.FrontAckerman, USARBot.BasicAckermanRobot}");
   c.say("INIT {ClassName USARBot.P3AT} {Name R1} {Start Pose1}");
   EXPECT_TRUE(c.robot()) << "it may try again";
   c.say("INIT {ClassName USARBot.P3AT} {Name R2} {Start Pose2}");
