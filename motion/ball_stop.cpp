@@ -8,7 +8,8 @@ std::array<FootPlace, 10> BallStop::way() const {
     return FreeFoot{.over = over,
                     .from_place_m = {from_place_m.x, sign(foot_) * from_place_m.y},
                     .up_m = up_m,
-                    .torso_down_m = from_place_m.y > 0 ? p.torso_down_m : 0};
+                    .torso_down_m = from_place_m.y > 0 ? p.torso_down_m : 0,
+                    .tall = 1};
   };
   const Vec2 place{}, aside{0, p.aside_m};
   return {{{kick.shift_s, at(1, place, 0)},

@@ -13,7 +13,8 @@ std::array<FootPlace, 8> Kick::way() const {
                     .from_place_m = along_m * (ahead ? Vec2{1, 0} : Vec2{0, sign(foot_)}),
                     .up_m = up_m,
                     .pitch_rad = ahead ? pitch_rad : 0,
-                    .lean_back_rad = ahead ? p.lean_back_rad : 0};
+                    .lean_back_rad = ahead ? p.lean_back_rad : 0,
+                    .tall = 1};
   };
   const FreeFoot back = at(-back_m, p.lift_m, p.back_pitch_rad);
   const FreeFoot struck = at(strike_m, p.strike_lift_m, -p.strike_pitch_rad);
@@ -28,7 +29,13 @@ std::array<FootPlace, 8> Kick::way() const {
 }
 
 OneFootBalance balance_of(const KickParams& p) {
-  return {{p.com_forward_m, p.com_inside_m}, p.gyro_pitch_s, p.gyro_roll_s, p.tilt_pitch, p.tilt_roll};
+  return {{p.com_forward_m, p.com_inside_m},
+          p.gyro_pitch_s,
+          p.gyro_roll_s,
+          p.tilt_pitch,
+          p.tilt_roll,
+          p.taller_m,
+          p.less_lean_rad};
 }
 
 void Kick::start(Side foot, KickWay way) {

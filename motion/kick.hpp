@@ -9,6 +9,7 @@ namespace sinew::motion {
 struct KickParams {
   double shift_s = 0.5, lift_s = 0.3, still_s = 0.1, strike_s = 0.1, follow_s = 0.1, return_s = 0.35, lower_s = 0.25;
   double com_inside_m = 0.004, com_forward_m = 0;
+  double taller_m = 0, less_lean_rad = 0;
   double lift_m = 0.03, strike_lift_m = 0.03;
   double back_m = 0.07, strike_m = 0.1;
   double side_back_m = 0, side_strike_m = 0.12;
@@ -29,6 +30,8 @@ inline constexpr Param<KickParams> kKickParams[] = {
     {"com_inside_m", &KickParams::com_inside_m, "m", -0.03, 0.04,
      "the centre of mass inside of the carrying sole's middle"},
     {"com_forward_m", &KickParams::com_forward_m, "m", -0.04, 0.04, "before its middle"},
+    {"taller_m", &KickParams::taller_m, "m", -0.03, 0.03, "how much higher it stands than for the walk"},
+    {"less_lean_rad", &KickParams::less_lean_rad, "rad", -0.3, 0.3, "how much less its torso leans forward"},
     {"lift_m", &KickParams::lift_m, "m", 0.005, 0.1, "of the foot, when it is back"},
     {"strike_lift_m", &KickParams::strike_lift_m, "m", 0.005, 0.12, "when it is furthest"},
     {"back_m", &KickParams::back_m, "m", 0, 0.2, "how far it goes back before a strike forward"},
@@ -51,7 +54,7 @@ class Kick {
  public:
   KickParams params;
 
-  /// Height, stance and servos as the walk's.
+  /// Stance and servos as the walk's.
   Kick(const Figure& figure, const WalkParams& walk, std::span<const double> rest_rad)
       : stand_(figure, walk, rest_rad) {}
 

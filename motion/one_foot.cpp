@@ -16,9 +16,6 @@ constexpr double kFree_m = 0.002;  // a sole that is higher does not turn with t
 OneFoot::OneFoot(const Figure& figure, const WalkParams& walk, std::span<const double> rest_rad)
     : figure_(&figure), lead_(figure), walk_(walk) {
   std::copy_n(rest_rad.begin(), std::min(rest_rad.size(), figure.joints()), rest_rad_.begin());
-  const TorsoOffsets offsets = torso_offsets(figure, walk, rest_rad_);
-  com_in_torso_ = offsets.com_m;
-  torso_over_hips_m_ = offsets.over_hips_m;
 }
 
 void OneFoot::start() {
@@ -30,16 +27,20 @@ void OneFoot::step(Side free_side, const FreeFoot& at, const OneFootBalance& bal
                    const math::Vec3& rate_radps, double dt_s, std::span<double> targets_rad) {
   rate_ += (rate_radps - rate_) * (dt_s / (dt_s + kSmooth_s));
 
+  WalkParams stand = walk_;
+  stand.height_m += at.tall * balance.taller_m;
+  stand.lean_rad -= at.tall * balance.less_lean_rad;
+  const TorsoOffsets offsets = torso_offsets(*figure_, stand, rest_rad_);
   // The frame of the carrying sole.
   const double toward = sign(free_side);
   const Vec2 foot = Vec2{0, toward * walk_.stance_m} + at.from_place_m;
   const Vec2 middle = Vec2{walk_.com_forward_m, 0} + 0.5 * foot;
   const Vec2 above{balance.com_m.x, toward * balance.com_m.y};
   const Vec2 com = middle + at.over * (above - middle);
-  const math::Quat planned = math::Quat::from_axis_angle({0, 1, 0}, walk_.lean_rad - at.lean_back_rad);
-  const Vec2 torso_at = com - com_in_torso_;
+  const math::Quat planned = math::Quat::from_axis_angle({0, 1, 0}, stand.lean_rad - at.lean_back_rad);
+  const Vec2 torso_at = com - offsets.com_m;
   const kinematics::Pose to_torso =
-      kinematics::Pose{{torso_at.x, torso_at.y, walk_.height_m - at.torso_down_m + torso_over_hips_m_}, planned}
+      kinematics::Pose{{torso_at.x, torso_at.y, stand.height_m - at.torso_down_m + offsets.over_hips_m}, planned}
           .inverse();
   const Lean lean = lean_beside(q_world_torso, planned);
   const double pitch =
@@ -87,6 +88,7 @@ FreeFoot along_way(std::span<const FootPlace> way, double time_s) {
             .pitch_rad = between(before.pitch_rad, f.pitch_rad),
             .lean_back_rad = between(before.lean_back_rad, f.lean_back_rad),
             .torso_down_m = between(before.torso_down_m, f.torso_down_m),
+            .tall = between(before.tall, f.tall),
             .arms_rad = between(before.arms_rad, f.arms_rad)};
   }
   return before;

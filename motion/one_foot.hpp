@@ -15,15 +15,17 @@ struct FreeFoot {
   double pitch_rad = 0;      // toes down
   double lean_back_rad = 0;  // of the torso
   double torso_down_m = 0;   // lower than it stands
+  double tall = 0;           // 0: as the walk stands, 1: as the balance says
   double arms_rad = 0;       // the arm of its side goes back by so much, the other one ahead
 };
 
 struct OneFootBalance {
   Vec2 com_m;  // where the centre of mass is above the sole that carries; y: towards the other foot
   double gyro_pitch_s = 0, gyro_roll_s = 0, tilt_pitch = 0, tilt_roll = 0;
+  double taller_m = 0, less_lean_rad = 0;  // than the walk stands
 };
 
-/// Height, stance and servos as the walk's. Thread:  owner.   RT: yes, after the constructor.
+/// Stance and servos as the walk's. Thread:  owner.   RT: yes, after the constructor.
 class OneFoot {
  public:
   OneFoot(const Figure& figure, const WalkParams& walk, std::span<const double> rest_rad);
@@ -43,8 +45,6 @@ class OneFoot {
   ServoLead lead_;
   WalkParams walk_;
   JointAngles rest_rad_{};
-  Vec2 com_in_torso_;
-  double torso_over_hips_m_ = 0;
   math::Vec3 rate_;
 };
 

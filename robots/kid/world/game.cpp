@@ -43,7 +43,11 @@ void Game::look(Pitch& pitch) {
   moved_.clear();
   for (std::size_t i = 0; i < orders.moves; ++i) {
     const Referee::Move& move = orders.move[i];
-    pitch.place(move.robot, {.x_m = move.x_m, .y_m = move.y_m, .heading_rad = move.heading_rad});
+    // As a person puts it down: upright, with its joints where they are.
+    PitchPlace at{.x_m = move.x_m, .y_m = move.y_m, .heading_rad = move.heading_rad};
+    const auto& joints = pitch.truth(move.robot).joint_rad;
+    at.joints_rad.assign(joints.begin(), joints.begin() + static_cast<std::ptrdiff_t>(pitch.body(move.robot).joints()));
+    pitch.place(move.robot, at);
     moved_.push_back(move.robot);
   }
   if (referee_.state() == GameState::finished && referee_.half() == 1) referee_.start(now_ns_);
