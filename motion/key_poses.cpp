@@ -20,6 +20,23 @@ bool holds(PoseCheck check, const math::Vec3& up) {
   return false;
 }
 
+std::vector<KeyPose> mirrored(const std::vector<KeyPose>& poses, const kinematics::Body& body) {
+  std::vector<KeyPose> out = poses;
+  for (std::size_t j = 0; j < body.joints(); ++j) {
+    const kinematics::Link& link = body.links[j + 1];
+    std::string other = link.name;
+    if (other.starts_with("l_"))
+      other[0] = 'r';
+    else if (other.starts_with("r_"))
+      other[0] = 'l';
+    const auto link_of_other = body.find_link(other);
+    const bool paired = link_of_other && *link_of_other != j + 1;
+    const double sign = paired || math::fabs(link.axis.y) > 0.5 ? 1 : -1;
+    for (std::size_t i = 0; i < poses.size(); ++i) out[i].rad[j] = sign * poses[i].rad[paired ? *link_of_other - 1 : j];
+  }
+  return out;
+}
+
 void PosePlayer::start(const std::vector<KeyPose>& poses, std::span<const double> from_rad) {
   poses_ = &poses;
   std::copy_n(from_rad.begin(), std::min(from_rad.size(), from_rad_.size()), from_rad_.begin());

@@ -56,4 +56,8 @@ class PosePlayer {
 
 bool holds(PoseCheck check, const math::Vec3& up);
 
+/// The same poses for the other side: what a joint l_NAME did, r_NAME does. Joints that have no other side turn the
+/// other way if they turn about z or x.
+std::vector<KeyPose> mirrored(const std::vector<KeyPose>& poses, const kinematics::Body& body);
+
 }  // namespace sinew::motion

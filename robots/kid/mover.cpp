@@ -90,6 +90,10 @@ hal::Status Mover::configure(rt::Setup& setup) {
   kick_ = std::make_unique<motion::Kick>(*figure_, walk_params_, std::span(robot_.motions->rest_rad).first(joints));
   stop_ = std::make_unique<motion::BallStop>(*figure_, walk_params_, std::span(robot_.motions->rest_rad).first(joints));
   for (std::size_t i = 0; i < kPoseMotions; ++i) pose_motions_[i] = robot_.motions->find(kPoseMotionNames[i]);
+  if (const auto* rise_back = pose_motions_[static_cast<std::size_t>(PoseMotion::rise_back)]) {
+    mirrored_ = motion::mirrored(*rise_back, body);
+    pose_motions_[static_cast<std::size_t>(PoseMotion::rise_back_mirrored)] = &mirrored_;
+  }
   rad_.assign(joints, 0);
   targets_.assign(joints, 0);
   if (const kinematics::Place* imu = body.find_place("imu")) q_torso_imu_ = imu->pose.q;
@@ -254,7 +258,10 @@ void Mover::get_up(const rt::Step& step) noexcept {
   if (mode_ != GaitMode::rise) {
     const motion::FallWay lies_on = motion::lying(up);
     if (lies_on != motion::FallWay::front && lies_on != motion::FallWay::back) return;
-    if (!play(lies_on == motion::FallWay::front ? PoseMotion::rise_front : PoseMotion::rise_back)) return;
+    // Where one side is blocked the next try goes over the other one.
+    const PoseMotion from_back =
+        plays_ == PoseMotion::rise_back ? PoseMotion::rise_back_mirrored : PoseMotion::rise_back;
+    if (!play(lies_on == motion::FallWay::front ? PoseMotion::rise_front : from_back)) return;
     enter(GaitMode::rise, step.now);
   }
   poses_.step(up, msg::seconds(step.dt), targets_);

@@ -20,9 +20,10 @@
 
 namespace sinew::kid {
 
-/// Motions that are poses, by the names that the motion file gives them.
-enum class PoseMotion : std::uint8_t { rise_front, rise_back, get_down };
-inline constexpr std::size_t kPoseMotions = 3;
+/// Motions that are poses, by the names that the motion file gives them; the last one is rise_back with left and right
+/// exchanged, for a body that rolls over one side and meets something there.
+enum class PoseMotion : std::uint8_t { rise_front, rise_back, get_down, rise_back_mirrored };
+inline constexpr std::size_t kPoseMotions = 3;  // of the motion file
 inline constexpr std::array<const char*, kPoseMotions> kPoseMotionNames{"rise_front", "rise_back", "get_down"};
 
 /// Stands, walks where it is told to, gives way when it falls, and rises again where the motion file says how
@@ -78,7 +79,9 @@ class Mover final : public rt::Module {
   std::unique_ptr<motion::BallStop> stop_;
   motion::FallDetector fall_;
   motion::PosePlayer poses_;
-  std::array<const std::vector<motion::KeyPose>*, kPoseMotions> pose_motions_{};  // null: the motion file has none
+  // Null: the motion file has none.
+  std::array<const std::vector<motion::KeyPose>*, kPoseMotions + 1> pose_motions_{};
+  std::vector<motion::KeyPose> mirrored_;
   motion::WalkParams walk_params_;
   motion::FallParams fall_params_;
   motion::KickParams kick_params_;

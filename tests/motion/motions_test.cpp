@@ -103,6 +103,26 @@ std::vector<KeyPose> two_poses() {
   return poses;
 }
 
+TEST(KeyPoses, MirroredIsTheOtherSidesMotionAndTwiceTheSame) {
+  const Op3 op3;
+  const auto* poses = op3.book.find("rise_back");
+  ASSERT_NE(poses, nullptr);
+  auto turned = *poses;
+  const std::size_t pan = op3.figure->head_pan(), tilt = op3.figure->head_tilt();
+  turned[0].rad[pan] = 0.3, turned[0].rad[tilt] = 0.2;
+  const auto other = mirrored(turned, op3.body);
+  ASSERT_EQ(other.size(), turned.size());
+  const std::size_t l = op3.figure->find_joint("l_shoulder_roll"), r = op3.figure->find_joint("r_shoulder_roll");
+  EXPECT_NE(turned[1].rad[l], turned[1].rad[r]) << "it pushes with one arm";
+  EXPECT_EQ(other[1].rad[l], turned[1].rad[r]);
+  EXPECT_EQ(other[1].rad[r], turned[1].rad[l]);
+  EXPECT_EQ(other[0].rad[pan], -0.3) << "to the other side";
+  EXPECT_EQ(other[0].rad[tilt], 0.2);
+  EXPECT_EQ(other[2].name, turned[2].name);
+  const auto back = mirrored(other, op3.body);
+  for (std::size_t i = 0; i < back.size(); ++i) EXPECT_EQ(back[i].rad, turned[i].rad);
+}
+
 TEST(PosePlayer, IsInEachPoseAtItsTimeAndStaysInTheLast) {
   const auto poses = two_poses();
   PosePlayer player;

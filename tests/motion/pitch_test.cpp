@@ -87,11 +87,13 @@ TEST(MotionsOnThePitch, AWalkingRobotKnowsWhereItsCameraWasAtTheExposure) {
   EXPECT_LT(math::sqrt(height2 / count), 0.006);
 }
 
-TEST(MotionsOnThePitch, ItRisesFromItsFront) {
-  std::string why;
-  const auto r = run_rise(op3_setup(), "rise_front", 900'031, why);
-  ASSERT_TRUE(r) << why;
-  EXPECT_TRUE(r->stood);
+TEST(MotionsOnThePitch, ItRisesFromItsFrontAndFromItsBack) {
+  for (const char* motion : {"rise_front", "rise_back"}) {
+    std::string why;
+    const auto r = run_rise(op3_setup(), motion, 900'031, why);
+    ASSERT_TRUE(r) << why;
+    EXPECT_TRUE(r->stood) << motion;
+  }
 }
 
 TEST(MotionsOnThePitch, TheCameraStaysOnWhatItLooksAtWhileTheBodyWalks) {

@@ -62,10 +62,10 @@ class Kid(unittest.TestCase):
         self.replay()
         self.replay("--from", "20")
 
-    def test_rises_from_its_front_and_walks(self):
-        for seed in ("1", "2"):
-            with self.subTest(seed=seed):
-                _, summary = run(self.folder, "--set", "sim.start_lie=1", "--seed", seed, "--duration", "14")
+    def test_rises_from_its_front_and_from_its_back_and_walks(self):
+        for seed, lie in (("1", 1), ("2", 2)):
+            with self.subTest(seed=seed, lie=lie):
+                _, summary = run(self.folder, "--set", f"sim.start_lie={lie}", "--seed", seed, "--duration", "14")
                 plant = summary["report"]
                 self.assertEqual((plant["rises"], plant["on_its_feet"], plant["fallen"]), (1, True, False), plant)
                 self.assertLess(plant["longest_down_s"], 8)
