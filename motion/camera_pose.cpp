@@ -33,7 +33,7 @@ void CameraHistory::add(std::int64_t stamp_ns, const kinematics::Pose& pose) {
 
 CameraHistory::Found CameraHistory::at(std::int64_t stamp_ns, kinematics::Pose& out) const {
   if (count_ == 0 || stamp_ns > back(0).stamp_ns) return Found::not_yet;
-  const std::size_t kept = std::min<std::size_t>(count_, kMost);
+  const auto kept = static_cast<std::size_t>(std::min<std::uint64_t>(count_, kMost));
   for (std::size_t age = 0; age < kept; ++age) {
     const Sample& before = back(age);
     if (before.stamp_ns > stamp_ns) continue;
