@@ -32,7 +32,7 @@ class BallStop {
   BallStopParams params;
   KickParams kick;
 
-  /// Height, stance and servos as the walk's.
+  /// Stance and servos as the walk's.
   BallStop(const Figure& figure, const WalkParams& walk, std::span<const double> rest_rad)
       : stand_(figure, walk, rest_rad) {}
 

@@ -22,9 +22,9 @@ inline constexpr Param<GazeParams> kGazeParams[] = {
 
 /// Pan and tilt that hold a direction or a point in view. The torso's attitude, advanced by its rate to the time at
 /// which the head will be there, is taken out; the neck's place is the chain's. What two joints cannot do: the roll
-/// about the direction of view. The camera is the first
-/// place on the head whose name begins with "camera"; without one it is the head's own x. The head's axes are pan about
-/// z, then tilt about y, down positive; either may have a sign. Frames:  world: z up, of the attitude that is given.
+/// about the direction of view. The camera is the first place on the head whose name begins with "camera"; without one
+/// it is the head's own x. The head's axes are pan about z, then tilt about y, down positive; either may have a sign.
+/// Frames:  world: z up, of the attitude that is given.
 /// Thread:  owner.   RT: yes, after the constructor.
 class Gaze {
  public:

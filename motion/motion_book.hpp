@@ -8,6 +8,7 @@
 #include "motion/fall.hpp"
 #include "motion/gaze.hpp"
 #include "motion/key_poses.hpp"
+#include "motion/kick.hpp"
 #include "motion/walk_params.hpp"
 
 namespace sinew::motion {

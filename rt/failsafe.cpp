@@ -114,7 +114,7 @@ std::optional<NumberField> find_number(const msg::TypeInfo& type, std::string_vi
 std::uint32_t NumberFields::size(const void* message) const {
   if (!count) return most;
   const double used = count->read(message);
-  return used < 0 ? 0 : static_cast<std::uint32_t>(std::min<double>(used, most));
+  return used > 0 ? static_cast<std::uint32_t>(std::min<double>(used, most)) : 0;  // NaN: none
 }
 
 double NumberFields::read(const void* message, std::uint32_t i) const {

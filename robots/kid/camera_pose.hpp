@@ -15,8 +15,9 @@ namespace sinew::kid {
 /// Says for each picture where its camera was at the middle of the exposure: the chain from the ground to the head at
 /// the measurements before and after that instant, and the line between them. A picture waits for the measurement after
 /// it, 20 ms or less; the next one takes the place of one that still waits. Only of a body on its feet: of one that
-/// lies nothing is known to be on the ground. Thread:  executor, released by `gait`.   RT: yes. Errors:  configure:
-/// bad_argument without a body with two legs, or without a place of the name `place`.
+/// lies nothing is known to be on the ground.
+/// Thread:  executor, released by `gait`.   RT: yes.
+/// Errors:  configure: bad_argument without a body with two legs, or without a place of the name `place`.
 ///          step: stale while a picture waits for measurements longer than 100 ms, and for one that is older than all
 ///          that are kept (256 ms at 125 Hz): nothing is said of it.
 class CameraPose final : public rt::Module {

@@ -27,14 +27,14 @@ inline constexpr std::size_t kPoseMotions = 3;  // of the motion file
 inline constexpr std::array<const char*, kPoseMotions> kPoseMotionNames{"rise_front", "rise_back", "get_down"};
 
 /// Stands, walks where it is told to, gives way when it falls, and rises again where the motion file says how
-/// ("rise_front", "rise_back"): from what the body measures to angles of all joints
-/// (docs/walking.md). Without `velocity`, or without a fresh one, it stands. With `safety` bound it moves only when the
-/// guardian permits it; a failsafe that asks to land makes it stop, stand, and get down ("get_down") to where it needs
-/// no torque. A KickRequest makes it kick, within a step or from a stand, or stop a ball that rolls towards it; it
-/// takes one at a time, and `gait` says what becomes of it. What the motion file does not have is left out. Units:
-/// commands are angles in rad, limb by limb (kinematics::Limbs). Thread:  executor, 100 Hz or more, after its sensors.
-/// RT: yes. Errors:  configure: bad_argument without a body, or with one that has no two legs as Figure::make() wants
-/// them.
+/// ("rise_front", "rise_back"): from what the body measures to angles of all joints (docs/walking.md). Without
+/// `velocity`, or without a fresh one, it stands. With `safety` bound it moves only when the guardian permits it; a
+/// failsafe that asks to land makes it stop, stand, and get down ("get_down") to where it needs no torque. A
+/// KickRequest makes it kick, within a step or from a stand, or stop a ball that rolls towards it; it takes one at a
+/// time, and `gait` says what becomes of it. What the motion file does not have is left out.
+/// Units:   commands are angles in rad, limb by limb (kinematics::Limbs).
+/// Thread:  executor, 100 Hz or more, after its sensors.   RT: yes.
+/// Errors:  configure: bad_argument without a body, or with one that has no two legs as Figure::make() wants them.
 ///          While IMU or soles are lost the attitude and the odometry of `gait` stay what they were.
 ///          step: stale without fresh joints of both legs (without get_down: or IMU or soles): nothing is published
 ///          then, and the guardian acts when the leases run out. fault when joints are no angles.
