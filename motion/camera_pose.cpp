@@ -10,19 +10,9 @@ constexpr math::Quat kQOptical{0.5, -0.5, 0.5, -0.5};
 
 }  // namespace
 
-kinematics::Pose CameraChain::camera(const math::Quat& q_world_torso, const Vec2& torso_m,
-                                     std::span<const double> joints_rad) {
-  pose_.set(joints_rad, {{}, q_world_torso});
-  double lowest_m = math::kInf;
-  for (const Side side : kSides) {
-    const LegOfFigure& leg = figure_->leg(side);
-    const kinematics::Pose sole = figure_->sole(pose_, side);
-    for (const double x : {-0.5, 0.5})
-      for (const double y : {-0.5, 0.5})
-        lowest_m = std::min(lowest_m, sole.of({x * leg.sole_length_m, y * leg.sole_width_m, 0}).z);
-  }
-  const kinematics::Pose camera = pose_.place(*camera_);
-  return {camera.p_m + math::Vec3{torso_m.x, torso_m.y, -lowest_m}, camera.q * kQOptical};
+kinematics::Pose camera_pose(const kinematics::BodyPose& pose, const kinematics::Place& camera) {
+  const kinematics::Pose at = pose.place(camera);
+  return {at.p_m, at.q * kQOptical};
 }
 
 void CameraHistory::add(std::int64_t stamp_ns, const kinematics::Pose& pose) {

@@ -1,38 +1,21 @@
 #pragma once
 // Where a camera of a walking body was at the middle of an exposure.
 //
-//   CameraChain chain(figure, *body.find_place("camera"));
 //   CameraHistory history;
-//   history.add(stamp_ns, chain.camera(torso, joints_rad));        // with each measurement of the joints
-//   if (history.at(exposed_ns, pose) == CameraHistory::Found::yes) // between two of them
-//     pose.of({0, 0, 1});                                          // 1 m ahead of the lens, in the world
+//   history.add(stamp_ns, camera_pose(pose, *body.find_place("camera")));  // with each measurement of the joints
+//   if (history.at(exposed_ns, camera) == CameraHistory::Found::yes)       // between two of them
+//     camera.of({0, 0, 1});                                                // 1 m ahead of the lens
 //
-// Frames:  world: that of the odometry, z up, 0 on the ground; the camera's: optical, x right, y down, z ahead.
+// Frames:  of what is added; a camera's own is optical: x right, y down, z ahead.
 #include <array>
 #include <cstdint>
 
-#include "motion/figure.hpp"
-#include "motion/planar.hpp"
+#include "kinematics/body.hpp"
 
 namespace sinew::motion {
 
-/// The chain from the ground over the legs, the torso and the neck to a camera.
-/// Thread:  owner.   RT: yes, after the constructor.
-/// Owner:   figure and place live as long.
-class CameraChain {
- public:
-  CameraChain(const Figure& figure, const kinematics::Place& camera)
-      : figure_(&figure), camera_(&camera), pose_(figure.body()) {}
-
-  /// `q_world_torso` and `joints_rad` are of one instant; `torso_m` is the torso on the ground, by odometry. The lowest
-  /// corner of the soles is taken to be on the ground.
-  kinematics::Pose camera(const math::Quat& q_world_torso, const Vec2& torso_m, std::span<const double> joints_rad);
-
- private:
-  const Figure* figure_;
-  const kinematics::Place* camera_;
-  kinematics::BodyPose pose_;
-};
+/// The optical frame of a camera in the frame that `pose` was set in.
+kinematics::Pose camera_pose(const kinematics::BodyPose& pose, const kinematics::Place& camera);
 
 /// The last poses of one camera; a state of modules.
 /// Thread:  owner.   RT: yes.

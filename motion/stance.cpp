@@ -20,7 +20,7 @@ void StanceSense::step(const Sensed& sensed, const math::Quat& q_level_torso, do
     const LegOfFigure& leg = figure_->leg(side);
     const math::Vec3 along = sole.q.rotate({leg.sole_length_m, 0, 0}), across = sole.q.rotate({0, leg.sole_width_m, 0});
     stance_.raised_m[i] = 0.5 * (math::fabs(along.z) + math::fabs(across.z));
-    stance_.height_m[i] = torso.z - sole.p_m.z;
+    stance_.height_m[i] = torso.z - sole.p_m.z + stance_.raised_m[i];
     stance_.torso[i] = to_sole * Planar{{torso.x, torso.y}, torso_yaw_rad};
 
     const SoleForces& n = sensed.soles_n[i];

@@ -9,7 +9,7 @@ namespace sinew::motion {
 struct Stance {
   std::array<math::Vec3, 2> com_m;   // the centre of mass in each sole's frame
   std::array<Planar, 2> torso;       // the torso's origin in each sole's frame
-  std::array<double, 2> height_m{};  // of the torso's origin over each sole
+  std::array<double, 2> height_m{};  // of the torso's origin over each sole's lowest corner
   Planar right_to_left;              // the left sole's frame in the right one's
   std::array<double, 2> load{};      // share of the body's weight on each sole
   std::array<double, 2> raised_m{};  // each sole's middle over its lowest corner: it stands on an edge

@@ -1,6 +1,7 @@
 // Where a camera was at an instant between two measurements.
 #include "motion/camera_pose.hpp"
 
+#include "motion/stance.hpp"
 #include "op3.hpp"
 
 namespace sinew::motion {
@@ -49,28 +50,36 @@ TEST(CameraHistory, AMeasurementThatIsNotLaterIsLeftOut) {
   EXPECT_EQ(history.at(99, pose), Found::too_old);
 }
 
-TEST(CameraChain, TheLowestCornerOfTheSolesIsOnTheGround) {
+TEST(CameraPose, LooksWhereTheHeadIsTurned) {
   const Op3 op3;
-  CameraChain chain(*op3.figure, *op3.body.find_place("camera"));
-  std::vector<double> zero(op3.body.joints());
-  const Pose upright = chain.camera({}, {0.5, -0.25}, zero);
-  const Pose leant = chain.camera(math::Quat::exp({0, 0.2, 0}), {0.5, -0.25}, zero);
-  const math::Vec3 ahead = upright.q.rotate({0, 0, 1}), right = upright.q.rotate({1, 0, 0});
-  EXPECT_GT(ahead.x, 0.9);
-  EXPECT_NEAR(right.y, -1, 1e-12);
-  EXPECT_NEAR(upright.p_m.y, -0.25, 1e-12);
-  EXPECT_GT(upright.p_m.z, 0.4);
-  EXPECT_LT(upright.p_m.z, 0.55);
-  // On the toes: the camera is turned with the torso about them, and higher than by a turn about the ankles.
-  EXPECT_NEAR(math::angle_between(upright.q, leant.q), 0.2, 1e-9);
+  kinematics::BodyPose body(op3.body);
+  std::vector<double> rad(op3.body.joints());
+  rad[op3.figure->head_pan()] = 0.5;
+  body.set(rad, {{1, 2, 0.3}, math::Quat::exp({0, 0, 0.25})});
+  const Pose camera = camera_pose(body, *op3.body.find_place("camera"));
+  const math::Vec3 ahead = camera.q.rotate({0, 0, 1}), right = camera.q.rotate({1, 0, 0});
+  EXPECT_NEAR(math::atan2(ahead.y, ahead.x), 0.75, 1e-9);
+  EXPECT_NEAR(math::atan2(right.y, right.x), 0.75 - math::kPi / 2, 1e-9);
+  EXPECT_NEAR(right.z, 0, 1e-9);
+  EXPECT_GT(camera.p_m.z, 0.45);
+}
+
+TEST(Stance, TheTorsosHeightIsOverTheLowestCornerOfASole) {
+  const Op3 op3;
+  const std::vector<double> zero(op3.body.joints());
+  const Sensed sensed{zero, {}, {}, {}};
+  StanceSense sense(*op3.figure);
+  sense.step(sensed, {}, 0);
+  const double upright_m = sense.stance().height_m[0];
+  EXPECT_NEAR(sense.stance().raised_m[0], 0, 1e-12);
+  sense.step(sensed, math::Quat::exp({0, 0.2, 0}), 0);
+  // On the toes: turned about them.
   const LegOfFigure& leg = op3.figure->leg(Side::left);
   kinematics::BodyPose straight(op3.body);
   straight.set(zero);
-  const Pose sole = op3.figure->sole(straight, Side::left);
-  const double toe_x = sole.p_m.x + 0.5 * leg.sole_length_m;
-  const math::Vec3 camera = straight.place(*op3.body.find_place("camera")).p_m;
-  const double expected_z = (camera.z - sole.p_m.z) * math::cos(0.2) + (toe_x - camera.x) * math::sin(0.2);
-  EXPECT_NEAR(leant.p_m.z, expected_z, 1e-9);
+  const double toe_x_m = op3.figure->sole(straight, Side::left).p_m.x + 0.5 * leg.sole_length_m;
+  EXPECT_NEAR(sense.stance().height_m[0], upright_m * math::cos(0.2) + toe_x_m * math::sin(0.2), 1e-9);
+  EXPECT_NEAR(sense.stance().raised_m[0], 0.5 * leg.sole_length_m * math::sin(0.2), 1e-9);
 }
 
 }  // namespace

@@ -56,7 +56,7 @@ TEST(MotionsOnThePitch, AWalkingRobotKnowsWhereItsCameraWasAtTheExposure) {
   motion::Walk walk = rig->make_walk();
   walk.reset(rig->sense());
   const kinematics::Place& place = *op3.body.find_place("camera");
-  motion::CameraChain chain(rig->figure(), place);
+  kinematics::BodyPose body(setup.body);
   motion::CameraHistory history;
   std::vector<std::pair<std::int64_t, kinematics::Pose>> exposures;  // not answered yet, with the truth
   double horizon2 = 0, height2 = 0, count = 0;
@@ -64,8 +64,10 @@ TEST(MotionsOnThePitch, AWalkingRobotKnowsWhereItsCameraWasAtTheExposure) {
     const motion::Sensed sensed = rig->sense();
     walk.step({.forward_mps = 0.15, .left_mps = 0.05, .turn_radps = 0.5, .walk = tick > 200}, sensed, kControl_s,
               rig->targets());
-    history.add(rig->pitch().sensors(0).joints_stamp_ns,
-                chain.camera(walk.q_world_torso(), walk.odometry().at_m, sensed.joints_rad));
+    const motion::Vec2 at_m = walk.odometry().at_m;
+    const double height_m = std::max(walk.stance().height_m[0], walk.stance().height_m[1]);
+    body.set(sensed.joints_rad, {{at_m.x, at_m.y, height_m}, walk.q_world_torso()});
+    history.add(rig->pitch().sensors(0).joints_stamp_ns, motion::camera_pose(body, place));
     if (tick > 300 && tick % 7 == 0)
       exposures.emplace_back(rig->pitch().now_ns(), rig->truth().link[place.link] * place.pose);
     kinematics::Pose believed;
