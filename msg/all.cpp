@@ -26,6 +26,7 @@
 #include "msg/referee.hpp"
 #include "msg/safety.hpp"
 #include "msg/sensors.hpp"
+#include "msg/soccer.hpp"
 #include "msg/team.hpp"
 #include "msg/text_values.hpp"
 
@@ -43,12 +44,13 @@ struct Types {
 };
 
 // In order of name.
-using Known = Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallSighting, BaroSample, BatterySample,
-                    CameraModel, CameraPose, CanFrame, Datagram, FlightSetpoint, GaitState, GazeCommand, GazeState,
-                    GnssSample, GroundMotion, GuardianState, HeadState, Image, ImuSample, JointState, JointTrajectory,
-                    KickRequest, MagSample, MateState, MissionState, MotionField, NavState, OperatorLink, PadSighting,
-                    PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors, RangeSample, RcSample, RefereeState,
-                    SafetyState, SolePressure, TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
+using Known = Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallModel, BallSighting, BaroSample,
+                    BatterySample, CameraModel, CameraPose, CanFrame, Datagram, FieldPose, FlightSetpoint, GaitState,
+                    GazeCommand, GazeState, GnssSample, GroundMotion, GuardianState, HeadState, Image, ImuSample,
+                    JointState, JointTrajectory, KickRequest, MagSample, MateState, MissionState, MotionField, NavState,
+                    ObstacleModel, OperatorLink, PadSighting, PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors,
+                    RangeSample, RcSample, RefereeState, SafetyState, SoccerReport, SoccerSight, SolePressure,
+                    TeamModel, TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
 
 /// The FromMate of a known type, put together from its description: a static one for each would cost every robot more
 /// memory than its messages, and only programs that look at robots ask.
