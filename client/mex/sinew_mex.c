@@ -153,13 +153,11 @@ static uint32_t number_in(sinew_robot* robot, uint32_t topic, const unsigned cha
   return value;
 }
 
-static mxArray* message_struct(sinew_robot* robot, const sinew_message* m) {
+/* copy: the message's bytes, then its bulk's. */
+static mxArray* message_struct(sinew_robot* robot, const sinew_message* m, const unsigned char* copy) {
   sinew_topic about;
-  const size_t bytes = (size_t)m->message_bytes + m->bulk_bytes;
-  unsigned char* copy = mxMalloc(bytes);
   mxArray* result = mxCreateStructMatrix(1, 1, 0, NULL);
   check(sinew_topic_at(robot, m->topic, &about));
-  check(sinew_copy(robot, m, copy, bytes));
   for (uint32_t f = 0; f < about.field_count; ++f) {
     sinew_field field;
     check(sinew_field_at(robot, m->topic, f, &field));
@@ -182,15 +180,15 @@ static mxArray* message_struct(sinew_robot* robot, const sinew_message* m) {
       refuse("an image that is not whole");
     put_field(result, "pixels", pixels_of(copy + m->message_bytes, height, width, stride, channels));
   }
-  mxFree(copy);
   return result;
 }
 
+/* A message that is overwritten while it is read counts as missed, and the one after it is read. */
 static mxArray* get_message(const char* command, int n, const mxArray* args[]) {
   sinew_robot* robot = robot_of(n, args);
   const double timeout_s = n > 3 ? mxGetScalar(args[3]) : 0.2;
   const int64_t timeout_ns = (int64_t)((timeout_s > 0 ? timeout_s : 0) * 1e9);
-  uint32_t topic;
+  uint32_t topic, overwritten = 0;
   sinew_message message;
   check(sinew_topic_find(robot, text(n, args, 2, "the name of a topic"), &topic));
   for (;;) {
@@ -202,7 +200,18 @@ static mxArray* get_message(const char* command, int n, const mxArray* args[]) {
     if (code == SINEW_TIMEOUT || (code == SINEW_NOT_FOUND && strcmp(command, "latest") == 0))
       return mxCreateDoubleMatrix(0, 0, mxREAL);
     check(code);
-    if (sinew_still_valid(robot, &message)) return message_struct(robot, &message);
+    const size_t bytes = (size_t)message.message_bytes + message.bulk_bytes;
+    unsigned char* copy = mxMalloc(bytes);
+    code = sinew_copy(robot, &message, copy, bytes);
+    if (code == SINEW_OK) {
+      message.missed += overwritten;
+      mxArray* result = message_struct(robot, &message, copy);
+      mxFree(copy);
+      return result;
+    }
+    mxFree(copy);
+    if (code != SINEW_OVERWRITTEN) check(code);
+    ++overwritten;
   }
 }
 

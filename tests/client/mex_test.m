@@ -14,6 +14,9 @@ m = sinew_mex("wait", r, "ball.height", 5);
 assert(m.range_m >= 0 && m.range_m <= 1 && m.stamp == m.stamp_ns && m.published_ns >= m.stamp_ns);
 n = sinew_mex("next", r, "ball.height", 5);
 assert(n.sequence == m.sequence + 1 + n.missed);
+setenv("OVERWRITE_COPIES", "2");  % copy_fault.c: these two messages are overwritten while they are read
+o = sinew_mex("next", r, "ball.height", 5);
+assert(o.sequence == n.sequence + 1 + o.missed && o.missed >= 2);
 sinew_mex("set", r, "ball", "restitution", 0.5);
 assert(sinew_mex("get", r, "ball", "restitution"), 0.5);
 refused("a number from 0 to 1", "set", r, "ball", "restitution", 7);
