@@ -34,6 +34,8 @@ constexpr double kPatience_s = 3600;  // after which a case counts as hanging
 struct Options {
   std::string body = "robots/kid/op3.toml", motions, results, out, numbers;
   std::vector<std::string> courses;  // none: all
+  std::vector<std::string> poses;    // that are searched; none: all
+  double range_deg = 30;
   StudyOptions study;
   SearchOptions search;
   double no_load_radps = math::kNan;
@@ -129,13 +131,18 @@ bool evaluate(const Options& o, const std::vector<GaitSetup>& setups, std::uint6
 int search(Options& o) {
   if (!load(o)) return kNotBegun;
   std::string why;
-  o.search.numbers = o.numbers.empty() ? standard_numbers() : parse_searched(o.numbers, why);
+  if (!o.numbers.empty())
+    o.search.numbers = parse_searched(o.setup, o.search.motion, o.numbers, why);
+  else if (!o.search.motion.empty())
+    o.search.numbers = numbers_of_motion(o.setup, o.search.motion, o.poses, o.range_deg, why);
+  else
+    o.search.numbers = standard_numbers();
   if (!why.empty()) return fail(why);
   static_cast<void>(hal::stop_requested());
-  CmaEs cma(start_of(o.setup, o.search.numbers), o.search.sigma, o.search.seed, o.search.samples);
+  CmaEs cma(start_of(o.setup, o.search), o.search.sigma, o.search.seed, o.search.samples);
   for (std::uint64_t g = 0; g < o.search.generations; ++g) {
     std::vector<double> costs;
-    if (!evaluate(o, setups_of(o.setup, o.search.numbers, cma.ask()), o.search.first_generation + g, costs, why))
+    if (!evaluate(o, setups_of(o.setup, o.search, cma.ask()), o.search.first_generation + g, costs, why))
       return why.empty() ? kNot : fail(why);
     cma.tell(costs);
     double least = math::kInf, total = 0;
@@ -144,7 +151,7 @@ int search(Options& o) {
                 total / static_cast<double>(costs.size()), cma.sigma());
     std::fflush(stdout);
     const std::vector<double> mean(cma.mean().begin(), cma.mean().end());
-    const GaitSetup found = setups_of(o.setup, o.search.numbers, {mean}).front();
+    const GaitSetup found = setups_of(o.setup, o.search, {mean}).front();
     std::ofstream out(o.out, std::ios::binary);
     out << app::motions_text(found.book, found.body,
                              fmt::format("# Found by sinew-gait search: seed {}, generation {} of {}, from {}.\n",
@@ -206,10 +213,17 @@ int main(int argc, char** argv) {
           ->delimiter(',')
           ->check(app::number(0, 5));
   }
-  CLI::App& find = *options.add_subcommand("search", "for the numbers of a walk, by covariance adaptation over seeds");
+  CLI::App& find = *options.add_subcommand(
+      "search", "for the numbers of a walk or the poses of a motion, by covariance adaptation over seeds");
   add_files(find, o);
   find.add_option("out", o.out, "the motion file that is written after each generation")->required();
-  find.add_option("--numbers", o.numbers, "NAME:LEAST:MOST,...; without it: the standard ones");
+  find.add_option("--numbers", o.numbers,
+                  "NAME:LEAST:MOST,...; without it: the standard ones; with --motion POSE/JOINT or POSE/duration_s");
+  find.add_option("--motion", o.search.motion, "searches the poses of this motion: rise_front, rise_back, get_down");
+  find.add_option("--poses", o.poses, "with --motion: these only")->delimiter(',');
+  find.add_option("--range", o.range_deg, "with --motion: how far to both sides of each angle, degrees")
+      ->check(app::number(1, 180))
+      ->capture_default_str();
   find.add_option("--seed", o.search.seed, "of the search")->check(app::whole(1, 1'000'000))->capture_default_str();
   find.add_option("--generations", o.search.generations, "how many")
       ->check(app::whole(1, 10'000))
@@ -218,7 +232,7 @@ int main(int argc, char** argv) {
       ->check(app::whole(0, 4'000))
       ->capture_default_str();
   find.add_option("--samples", o.search.samples, "of a generation")->check(app::whole(4, 1'000))->capture_default_str();
-  find.add_option("--runs", o.search.runs, "of a sample; courses in turn")
+  find.add_option("--runs", o.search.runs, "of a sample; of a walk the courses in turn")
       ->check(app::whole(1, 99))
       ->capture_default_str();
   find.add_option("--seconds", o.search.lasts_s, "of a run")->check(app::number(1, 600))->capture_default_str();

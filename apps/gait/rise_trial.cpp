@@ -7,7 +7,7 @@
 namespace sinew::gait {
 namespace {
 
-constexpr double kLie_s = 0.5, kMostRise_s = 5, kStay_s = 1.5;
+constexpr double kLie_s = 0.5, kMostRise_s = 5, kStay_s = 1.5, kEnd_s = kMostRise_s + kStay_s;
 constexpr double kUp = 0.94;  // 20 degrees
 
 }  // namespace
@@ -40,7 +40,7 @@ std::optional<RiseResult> run_rise(const GaitSetup& setup, const std::string& na
   bool walking = false;
   for (int tick = 0;; ++tick) {
     const double t_s = tick * kControl_s - kLie_s;
-    if (t_s > kMostRise_s + kStay_s) break;
+    if (t_s > kEnd_s) break;
     const motion::Sensed sensed = rig->sense();
     if (tick == 0) tilt.start(sensed.accel_mps2);
     tilt.step(sensed.gyro_radps, sensed.accel_mps2, false, kControl_s);
@@ -63,9 +63,18 @@ std::optional<RiseResult> run_rise(const GaitSetup& setup, const std::string& na
     if (stands && upright_since_s < 0) upright_since_s = t_s;
     if (t_s >= 0) {
       const double load = std::clamp(out.load, 0.0, 1.0);
-      const double late = t_s / (kMostRise_s + kStay_s);  // the end counts most
-      sum += late * (1 - 0.4 * 0.5 * (1 + out.up) - 0.3 * std::clamp(out.height_m / stands_m, 0.0, 1.0) - 0.3 * load);
-      counted += late;
+      const double upright = 0.5 * (1 + out.up);  // feet that touch each other bear nothing
+      const double lacks =
+          1 - 0.4 * upright - 0.3 * std::clamp(out.height_m / stands_m, 0.0, 1.0) - 0.3 * load * upright;
+      sum += t_s * lacks;  // the end counts most
+      counted += t_s;
+      out.from_front = std::min(out.from_front, 0.5 * (1 + truth.torso.q.rotate({1, 0, 0}).z));
+      if (player.state() == motion::PosePlayer::State::failed) {  // it remains as it is
+        const double rest = 0.5 * (kEnd_s * kEnd_s - t_s * t_s) / kControl_s;
+        sum += rest * lacks;
+        counted += rest;
+        break;
+      }
     }
   }
   out.stood =
