@@ -6,7 +6,7 @@ namespace sinew::gait {
 namespace {
 
 constexpr double kStandFirst_s = 1, kLieLimp_s = 2, kMostDown_s = 10;
-constexpr double kGently_radps = 2, kRest_radps = 0.3;  // as the world's walk_score.cpp
+constexpr double kGently_radps = 2;  // as the world's walk_score.cpp
 
 }  // namespace
 
@@ -48,8 +48,7 @@ std::optional<DownResult> run_down(const GaitSetup& setup, std::uint64_t seed, s
   }
   const plant::BodyTruth& truth = rig->truth();
   out.time_s = down_s;
-  out.lies = limp_s >= 0 && motion::lying(truth.torso.q.conjugate().rotate({0, 0, 1})) == motion::FallWay::front &&
-             math::norm(truth.gyro_radps) < kRest_radps;
+  out.lies = limp_s >= 0 && motion::lying(truth.torso.q.conjugate().rotate({0, 0, 1})) == motion::FallWay::front;
   out.gently = out.gently && out.lies;
   return out;
 }

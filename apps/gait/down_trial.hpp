@@ -10,7 +10,7 @@ namespace sinew::gait {
 inline constexpr const char* kGetDown = "get_down";
 
 struct DownResult {
-  bool lies = false;     // on its front and at rest, two seconds after the servos lost their torque
+  bool lies = false;     // on its front, two seconds after the servos lost their torque
   bool gently = false;   // and it turned slower than 2 rad/s when it tilted by 60 degrees: it did not topple
   double time_s = 0;     // from standing until it tilted by 60 degrees
   double blow_mps2 = 0;  // the largest acceleration that the IMU measured

@@ -161,7 +161,7 @@ std::string stop_table(const std::vector<Json>& cases) {
 std::string down_table(const std::vector<Json>& cases) {
   const sweep::Quantiles time = spread(cases, "time_s"), blow = spread(cases, "blow_mps2");
   const Rows rows{
-      {"", "on its front at rest", "without toppling", "median s", "blow m/s^2", "hardest"},
+      {"", "on its front", "without toppling", "median s", "blow m/s^2", "hardest"},
       {"getting down", of(count(cases, "lies"), cases.size()), of(count(cases, "gently"), cases.size()),
        fmt::format("{:.2f}", time.at(0.5)), fmt::format("{:.0f}", blow.at(0.5)), fmt::format("{:.0f}", blow.most())}};
   return sweep::table_text(rows, "<>>>>>");

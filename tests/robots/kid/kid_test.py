@@ -88,6 +88,12 @@ class Kid(unittest.TestCase):
                 self.assertGreater(measures(summary)["walked_m"], 3)
                 self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
 
+    def test_the_body_of_nao_gets_down_with_a_low_battery(self):
+        _, summary = run(self.folder, "--fault", "battery:wrong(-4)@3", "--duration", "12", robot=NAO)
+        plant = summary["report"]
+        self.assertEqual((plant["falls"], plant["got_down"], plant["motors_stopped"]), (0, 1, True), plant)
+        self.assertEqual(plant["verdict"]["outcome"], "got down gently")
+
     def test_the_same_seed_gives_the_same_bytes_and_another_one_others(self):
         hashes = [run(self.folder, "--duration", "6", "--seed", seed)[1]["hashes"] for seed in ("5", "5", "6")]
         self.assertEqual(hashes[0], hashes[1])
