@@ -36,7 +36,7 @@ struct Options {
   std::vector<std::string> courses;  // none: all
   StudyOptions study;
   SearchOptions search;
-  double no_load_radps = math::kNan;
+  double no_load_radps = math::kNan, range_rad = 0.7;
   unsigned jobs = 0;
   GaitSetup setup;
   std::string texts;  // of both files: results belong to them
@@ -129,7 +129,12 @@ bool evaluate(const Options& o, const std::vector<GaitSetup>& setups, std::uint6
 int search(Options& o) {
   if (!load(o)) return kNotBegun;
   std::string why;
-  o.search.numbers = o.numbers.empty() ? standard_numbers() : parse_searched(o.numbers, why);
+  if (!o.search.motion.empty()) {
+    o.search.numbers = pose_numbers(o.setup, o.search.motion, o.range_rad);
+    if (o.search.numbers.empty()) return fail(o.motions + ": it has no motion " + o.search.motion);
+  } else {
+    o.search.numbers = o.numbers.empty() ? standard_numbers() : parse_searched(o.numbers, why);
+  }
   if (!why.empty()) return fail(why);
   static_cast<void>(hal::stop_requested());
   CmaEs cma(start_of(o.setup, o.search.numbers), o.search.sigma, o.search.seed, o.search.samples);
@@ -193,7 +198,7 @@ int main(int argc, char** argv) {
           ->delimiter(',')
           ->check(app::one_of(course_names()));
     }
-    if (kind == Kind::walk || kind == Kind::stop)
+    if (kind == Kind::walk || kind == Kind::stop || kind == Kind::rise)
       command.add_option("--first-seed", o.study.first_seed, "of the runs; from 500001 on no search has seen them")
           ->check(app::whole(1, 1'000'000'000))
           ->capture_default_str();
@@ -210,6 +215,22 @@ int main(int argc, char** argv) {
   add_files(find, o);
   find.add_option("out", o.out, "the motion file that is written after each generation")->required();
   find.add_option("--numbers", o.numbers, "NAME:LEAST:MOST,...; without it: the standard ones");
+  const std::map<std::string, motion::FallWay> ways{{"front", motion::FallWay::front},
+                                                    {"back", motion::FallWay::back},
+                                                    {"left", motion::FallWay::left},
+                                                    {"right", motion::FallWay::right}};
+  find.add_option("--motion", o.search.motion,
+                  "in place of the walk: the poses of this motion, which turns a body over");
+  find.add_option("--lies", o.search.lies_on, "on which side it lies before: front, back, left, right")
+      ->transform(CLI::CheckedTransformer(ways))
+      ->needs("--motion");
+  find.add_option("--ends", o.search.ends_on, "and after: front or back")
+      ->transform(CLI::CheckedTransformer(ways))
+      ->needs("--motion");
+  find.add_option("--range", o.range_rad, "of each joint around what it is in the file, rad")
+      ->check(app::number(0.01, 3))
+      ->needs("--motion")
+      ->capture_default_str();
   find.add_option("--seed", o.search.seed, "of the search")->check(app::whole(1, 1'000'000))->capture_default_str();
   find.add_option("--generations", o.search.generations, "how many")
       ->check(app::whole(1, 10'000))

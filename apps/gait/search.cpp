@@ -6,6 +6,7 @@
 #include <charconv>
 #include <string_view>
 
+#include "apps/gait/rise_trial.hpp"
 #include "apps/gait/walk_trial.hpp"
 #include "math/random.hpp"
 
@@ -27,6 +28,36 @@ double cost_of_run(const WalkResult& r, Course course, double lasts_s, const Wal
              missed(r.left_mps, r.wanted_left_mps, walk.most_side_mps) +
              missed(r.turn_radps, r.wanted_turn_radps, walk.most_turn_radps);
   return 0.3 * speeds + 0.1 * r.tilt_rad + 0.15 * r.step_error_m / std::max(0.02, r.step_m);
+}
+
+constexpr double kCostPerS = 0.05, kLeast_s = 0.1, kMost_s = 0.8;
+constexpr std::string_view kDuration = "duration_s";
+
+/// The number of this name in the setup. Names are from standard_numbers(), parse_searched() or pose_numbers().
+double& number_of(GaitSetup& setup, const std::string& name) {
+  const std::size_t a = name.find('/');
+  if (a == name.npos) return setup.book.walk.*motion::find_param<WalkParams>(motion::kWalkParams, name)->value;
+  const std::size_t b = name.find('/', a + 1);
+  std::size_t pose = 0;
+  std::from_chars(name.data() + a + 1, name.data() + b, pose);
+  motion::KeyPose& at = setup.book.poses.at(name.substr(0, a)).at(pose);
+  const std::string what = name.substr(b + 1);
+  if (what == kDuration) return at.duration_s;
+  return at.rad.at(setup.body.find_link(what).value() - 1);
+}
+
+double cost_of_motion(const GaitSetup& setup, const SearchOptions& o, std::uint64_t generation, std::string& why) {
+  double total = 0;
+  std::uint64_t counted = 0;
+  for (std::uint64_t i = 0; i < o.runs; ++i) {
+    const auto r = run_turn(setup, o.motion, o.lies_on, 1000 + 100 * generation + i, why);
+    if (!r) return math::kInf;
+    if (!r->lay) continue;
+    ++counted;
+    const double there = o.ends_on == motion::FallWay::front ? -r->up.x : r->up.x;
+    total += (1 - there) / 2 + kCostPerS * r->lasts_s;
+  }
+  return counted > 0 ? total / static_cast<double>(counted) : 0;
 }
 
 bool parse_number(std::string_view text, double& out) {
@@ -70,7 +101,26 @@ std::vector<Searched> parse_searched(const std::string& text, std::string& why) 
   return out;
 }
 
+std::vector<Searched> pose_numbers(const GaitSetup& setup, const std::string& motion, double range_rad) {
+  std::vector<Searched> out;
+  const std::vector<motion::KeyPose>* poses = setup.book.find(motion);
+  if (poses == nullptr) return out;
+  for (std::size_t p = 0; p < poses->size(); ++p) {
+    const std::string prefix = fmt::format("{}/{}/", motion, p);
+    out.push_back({prefix + std::string(kDuration), kLeast_s, kMost_s});
+    for (std::size_t j = 0; j < setup.body.joints(); ++j) {
+      const kinematics::Link& link = setup.body.links[j + 1];
+      if (!link.name.starts_with("l_") && !link.name.starts_with("r_")) continue;
+      const double rad = (*poses)[p].rad[j];
+      const double least = std::max(link.least_rad, rad - range_rad), most = std::min(link.most_rad, rad + range_rad);
+      if (least < most) out.push_back({prefix + link.name, least, most});
+    }
+  }
+  return out;
+}
+
 double cost_of(const GaitSetup& setup, const SearchOptions& o, std::uint64_t generation, std::string& why) {
+  if (!o.motion.empty()) return cost_of_motion(setup, o, generation, why);
   double total = 0;
   for (std::uint64_t i = 0; i < o.runs; ++i) {
     WalkTrial trial;
@@ -91,8 +141,9 @@ double cost_of(const GaitSetup& setup, const SearchOptions& o, std::uint64_t gen
 
 std::vector<double> start_of(const GaitSetup& setup, const std::vector<Searched>& numbers) {
   std::vector<double> out;
+  GaitSetup own = setup;
   for (const Searched& s : numbers) {
-    const double value = setup.book.walk.*motion::find_param<WalkParams>(motion::kWalkParams, s.name)->value;
+    const double value = number_of(own, s.name);
     out.push_back(std::clamp((value - s.least) / (s.most - s.least), 0.0, 1.0));
   }
   return out;
@@ -104,8 +155,7 @@ std::vector<GaitSetup> setups_of(const GaitSetup& setup, const std::vector<Searc
   for (std::size_t k = 0; k < samples.size(); ++k)
     for (std::size_t i = 0; i < numbers.size(); ++i) {
       const Searched& s = numbers[i];
-      out[k].book.walk.*motion::find_param<WalkParams>(motion::kWalkParams, s.name)->value =
-          s.least + std::clamp(samples[k][i], 0.0, 1.0) * (s.most - s.least);
+      number_of(out[k], s.name) = s.least + std::clamp(samples[k][i], 0.0, 1.0) * (s.most - s.least);
     }
   return out;
 }
