@@ -1,0 +1,88 @@
+#include "soccer/sight/ball_candidates.hpp"
+
+#include <algorithm>
+
+namespace sinew::soccer {
+namespace {
+
+constexpr double kSmallest_px = 2.2, kLeastFit = 0.35;
+constexpr double kLeastSize = 0.62, kMostSize = 1.6;  // of the expected radius
+
+int rounded(double x) { return static_cast<int>(math::floor(x + 0.5)); }
+
+Picture::Count box(const Picture& p, double u, double v, double half_u, double half_v) {
+  return p.not_carpet(rounded(u - half_u), rounded(v - half_v), rounded(u + half_u), rounded(v + half_v));
+}
+
+/// How much of a disc is no carpet, less how much of the ring round it is not.
+double fit_of(const Picture& p, double u, double v, double r) {
+  const Picture::Count wide = box(p, u, v, 0.9 * r, 0.5 * r), high = box(p, u, v, 0.5 * r, 0.9 * r);
+  const Picture::Count inner = box(p, u, v, 1.12 * r, 1.12 * r), outer = box(p, u, v, 1.5 * r, 1.5 * r);
+  const double disc = static_cast<double>(wide.other + high.other) / std::max(1, wide.all + high.all);
+  const double ring = static_cast<double>(outer.other - inner.other) / std::max(1, outer.all - inner.all);
+  return disc - 0.7 * ring;
+}
+
+}  // namespace
+
+void BallCandidates::add(const BallCandidate& c) {
+  // One for each place: the better one stays.
+  for (std::size_t i = 0; i < count_; ++i) {
+    BallCandidate& o = candidate_[i];
+    const double du = c.u_px - o.u_px, dv = c.v_px - o.v_px, r = 0.7 * std::max(c.radius_px, o.radius_px);
+    if (du * du + dv * dv > r * r) continue;
+    if (c.fit <= o.fit) return;
+    for (std::size_t k = i; k + 1 < count_; ++k) candidate_[k] = candidate_[k + 1];
+    --count_, --i;
+  }
+  std::size_t at = count_;
+  while (at > 0 && candidate_[at - 1].fit < c.fit) --at;
+  if (at == kMost) return;
+  count_ = std::min(count_ + 1, kMost);
+  for (std::size_t k = count_ - 1; k > at; --k) candidate_[k] = candidate_[k - 1];
+  candidate_[at] = c;
+}
+
+void BallCandidates::find(const Picture& picture, const GroundView& view, const FieldBorder& border,
+                          double ball_radius_m) {
+  count_ = 0;
+  const int w = picture.width(), h = picture.height();
+  const double middle = 0.5 * (w - 1);
+  for (double v = std::max(0.0, std::min(view.horizon_px(0), view.horizon_px(w - 1))); v < h + 20.0;) {
+    const auto row_radius = view.ball_radius_px(middle, v, ball_radius_m);
+    const double step = row_radius ? std::max(1.0, 0.4 * *row_radius) : 1;
+    const double row = v;
+    v += step;
+    if (!row_radius || *row_radius < 0.7 * kSmallest_px) continue;
+    if (*row_radius > 0.6 * h) break;
+    for (double u = 0; u < w; u += step) {
+      const double r0 = *row_radius;
+      const Picture::Count core = box(picture, u, row, 0.45 * r0, 0.45 * r0);
+      if (core.other * 2 < core.all || core.all == 0) continue;
+      if (row + r0 < border.row_px(u)) continue;  // its foot would be beyond the carpet
+      const double fit = fit_of(picture, u, row, r0);
+      if (fit < kLeastFit - 0.2) continue;
+      const auto expected = view.ball_radius_px(u, row, ball_radius_m);
+      if (!expected || *expected < kSmallest_px) continue;
+      BallCandidate c{u, row, *expected, *expected, fit_of(picture, u, row, *expected)};
+      // Moved and resized until nothing near fits better.
+      double move = 0.35 * c.radius_px, grow = 1.15;
+      for (int round = 0; round < 5; ++round) {
+        const BallCandidate from = c;
+        for (int k = 0; k < 6; ++k) {
+          BallCandidate t = from;
+          if (k < 2) t.u_px += k == 0 ? move : -move;
+          if (k >= 2 && k < 4) t.v_px += k == 2 ? move : -move;
+          if (k >= 4) t.radius_px = k == 4 ? t.radius_px * grow : t.radius_px / grow;
+          if (t.radius_px < kLeastSize * c.expected_px || t.radius_px > kMostSize * c.expected_px) continue;
+          t.fit = fit_of(picture, t.u_px, t.v_px, t.radius_px);
+          if (t.fit > c.fit + 1e-9) c = t;
+        }
+        if (c.fit == from.fit) move *= 0.5, grow = 1 + 0.5 * (grow - 1);
+      }
+      if (c.fit >= kLeastFit) add(c);
+    }
+  }
+}
+
+}  // namespace sinew::soccer

@@ -1,0 +1,120 @@
+#include "soccer/sight/uprights.hpp"
+
+#include <algorithm>
+
+namespace sinew::soccer {
+namespace {
+
+constexpr double kPostWide_m = 0.1, kPostHigh_m = 1.2, kRobotHigh_m = 0.5;
+constexpr double kNearest_m = 0.25;  // nearer is the robot itself
+constexpr int kMostColumns = 640;
+
+}  // namespace
+
+void Uprights::find(const Picture& picture, const GroundView& view, const FieldBorder& border) {
+  count_ = 0;
+  const int w = picture.width(), h = picture.height(), pitch = std::max(1, w / 320), stride = std::max(1, h / 240);
+  const int columns = std::min(kMostColumns, w / pitch);
+  std::array<int, kMostColumns> foot{};
+  for (int i = 0; i < columns; ++i) {
+    const int x = i * pitch, top = std::clamp(static_cast<int>(border.row_px(x)), 0, h);
+    int carpet = 0, last = -1, tall = 0;
+    for (int y = top; y < h && carpet < 3 * stride; ++y) {
+      if (picture.at(x, y) == Colour::carpet)
+        ++carpet;
+      else
+        carpet = 0, last = y, ++tall;
+    }
+    foot[static_cast<std::size_t>(i)] = tall > 4 * stride && tall * 2 > last - top ? last : -1;
+  }
+  // Neighbours whose feet are at about one distance.
+  for (int i = 0; i < columns;) {
+    if (foot[static_cast<std::size_t>(i)] < 0) {
+      ++i;
+      continue;
+    }
+    int end = i + 1, lowest = foot[static_cast<std::size_t>(i)];
+    const auto near = [&](int a, int b) {
+      const double horizon = view.horizon_px(i * pitch);
+      return std::abs(a - b) < 3 * stride + 0.2 * (std::max(a, b) - horizon);
+    };
+    while (end < columns && foot[static_cast<std::size_t>(end)] >= 0 &&
+           near(foot[static_cast<std::size_t>(end)], foot[static_cast<std::size_t>(end - 1)])) {
+      lowest = std::max(lowest, foot[static_cast<std::size_t>(end)]);
+      ++end;
+    }
+    add(picture, view, border, i * pitch, end * pitch - 1, lowest);
+    i = end;
+  }
+}
+
+void Uprights::add(const Picture& picture, const GroundView& view, const FieldBorder& border, int x0, int x1,
+                   int foot) {
+  const int h = picture.height(), w = picture.width();
+  if (foot >= h - 2) return;  // its foot is below the picture
+  const double middle = 0.5 * (x0 + x1);
+  const auto feet = view.ground(middle, foot + 0.5);
+  if (!feet || math::hypot(feet->x_m, feet->y_m) < kNearest_m) return;
+  const PixelAt at = view.pixel(*feet);
+  if (!(at.depth_m > 0)) return;
+  const double px_per_m = view.camera().fx_px / at.depth_m;
+  Thing t;
+  t.feet = *feet;
+  t.u0_px = x0, t.u1_px = x1, t.foot_px = foot;
+  t.wide_m = (x1 - x0 + 1) / px_per_m;
+  // Colours of a box as high as a robot.
+  const int high = static_cast<int>(kRobotHigh_m * px_per_m);
+  int all = 0, dark = 0, blue = 0, red = 0;
+  const int step = std::max(1, high / 40);
+  for (int y = std::max(0, foot - high); y <= foot; y += step)
+    for (int x = x0; x <= x1; x += step) {
+      const Colour c = picture.at(x, y);
+      ++all, dark += c == Colour::dark, blue += c == Colour::blue, red += c == Colour::red;
+    }
+  t.dark = static_cast<double>(dark) / all, t.blue = static_cast<double>(blue) / all;
+  t.red = static_cast<double>(red) / all;
+  const double coloured = t.dark + t.blue + t.red;
+
+  if (t.wide_m > 0.04 && t.wide_m < 2.2 * kPostWide_m + 2 / px_per_m && coloured < 0.35 && border.row_px(middle) > 2) {
+    // Straight up, with an edge on both sides, to where a post would end or the picture does.
+    const int top = std::max(1, static_cast<int>(foot - 0.9 * kPostHigh_m * px_per_m));
+    const int away = std::max(3, static_cast<int>(0.9 * kPostWide_m * px_per_m) + 2);
+    constexpr int kRows = 12;
+    int good = 0, asked = 0;
+    for (int k = 0; k < kRows; ++k) {
+      const int y = foot - 2 - (foot - 2 - top) * k / kRows;
+      const int x = static_cast<int>(middle);
+      if (y < 0 || x - away < 0 || x + away >= w) continue;
+      ++asked;
+      const int in = picture.luma(x, y), left = picture.luma(x - away, y), right = picture.luma(x + away, y);
+      good += (in > left + 9 && in > right + 9) || (in < left - 9 && in < right - 9) ||
+              (picture.at(x, y) != Colour::carpet && picture.at(x - away, y) == Colour::carpet &&
+               picture.at(x + away, y) == Colour::carpet);
+    }
+    const bool crosses = top < border.row_px(middle) - 6;
+    t.is_post = crosses && asked >= kRows / 2 && good * 10 >= asked * 8;
+    t.confidence = asked > 0 ? static_cast<double>(good) / asked : 0;
+  }
+  if (!t.is_post) {
+    if (coloured < 0.3 && !(t.wide_m > 0.15 && coloured > 0.12)) return;
+    t.confidence = std::min(1.0, 0.4 + coloured * 0.6);
+    // Legs and bodies of one robot.
+    for (std::size_t i = 0; i < count_; ++i) {
+      Thing& o = thing_[i];
+      if (o.is_post || math::hypot(o.feet.x_m - t.feet.x_m, o.feet.y_m - t.feet.y_m) > 0.35) continue;
+      const bool nearer = t.foot_px > o.foot_px;
+      if (nearer) o.foot_px = t.foot_px;
+      o.u0_px = std::min(o.u0_px, t.u0_px), o.u1_px = std::max(o.u1_px, t.u1_px);
+      const auto both = view.ground(0.5 * (o.u0_px + o.u1_px), o.foot_px + 0.5);
+      if (both) o.feet = *both;
+      const double share = t.wide_m / (o.wide_m + t.wide_m);
+      o.dark += share * (t.dark - o.dark), o.blue += share * (t.blue - o.blue), o.red += share * (t.red - o.red);
+      o.wide_m += t.wide_m;
+      o.confidence = std::max(o.confidence, t.confidence);
+      return;
+    }
+  }
+  if (count_ < kMost) thing_[count_++] = t;
+}
+
+}  // namespace sinew::soccer
