@@ -14,7 +14,7 @@ GroundView::GroundView(const vision::Pinhole& camera, const msg::CameraPose& pos
   at_ = {t.cos * way.x + t.sin * way.y, t.cos * way.y - t.sin * way.x, way.z};
   const math::Mat3 back{t.cos, t.sin, 0, -t.sin, t.cos, 0, 0, 0, 1};
   turn_ = back * math::Quat(pose.q_world_optical).matrix();
-  upright_ = math::is_finite(at_) && at_.z > 0.05 && turn_(2, 1) < -0.5;
+  upright_ = math::is_finite(at_) && at_.z > 0.05 && turn_(2, 1) < -0.15 && math::fabs(turn_(2, 0)) < 0.6;
 }
 
 std::optional<GroundXy> GroundView::at_height(double u_px, double v_px, double z_m) const {

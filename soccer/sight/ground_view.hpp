@@ -52,8 +52,9 @@ class GroundView {
 
   /// The row of the horizon in this column; what shows the ground is below it. Only if is_upright().
   double horizon_px(double u_px) const;
-  /// The picture's rows go downwards in the world (a roll of less than 60 degrees, not beyond the vertical), so that
-  /// scans of columns meet the horizon first. False also where the camera is not above the ground, or a number is none.
+  /// The picture's rows go downwards in the world, so that scans of columns meet the horizon first: it looks down by at
+  /// most 81 degrees and is rolled by at most 37. False also where the camera is not above the ground, or a number is
+  /// none.
   bool is_upright() const { return upright_; }
 
   /// The radius in the picture of a ball of this radius whose centre the pixel shows and that lies on the ground.

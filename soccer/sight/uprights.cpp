@@ -64,18 +64,20 @@ void Uprights::add(const Picture& picture, const GroundView& view, const FieldBo
   t.wide_m = (x1 - x0 + 1) / px_per_m;
   // Colours of a box as high as a robot.
   const int high = static_cast<int>(kRobotHigh_m * px_per_m);
-  int all = 0, dark = 0, blue = 0, red = 0;
+  int all = 0, dark = 0, blue = 0, red = 0, white = 0, carpet = 0;
   const int step = std::max(1, high / 40);
   for (int y = std::max(0, foot - high); y <= foot; y += step)
     for (int x = x0; x <= x1; x += step) {
       const Colour c = picture.at(x, y);
       ++all, dark += c == Colour::dark, blue += c == Colour::blue, red += c == Colour::red;
+      white += c == Colour::white, carpet += c == Colour::carpet;
     }
   t.dark = static_cast<double>(dark) / all, t.blue = static_cast<double>(blue) / all;
   t.red = static_cast<double>(red) / all;
-  const double coloured = t.dark + t.blue + t.red;
+  // Neither carpet nor white: most of a robot, and little of a line.
+  const double coloured = static_cast<double>(all - white - carpet) / all;
 
-  if (t.wide_m > 0.04 && t.wide_m < 2.2 * kPostWide_m + 2 / px_per_m && coloured < 0.35 && border.row_px(middle) > 2) {
+  if (t.wide_m > 0.04 && t.wide_m < 2.2 * kPostWide_m + 2 / px_per_m && t.blue + t.red < 0.2 && border.row_px(middle) > 2) {
     // Straight up, with an edge on both sides, to where a post would end or the picture does.
     const int top = std::max(1, static_cast<int>(foot - 0.9 * kPostHigh_m * px_per_m));
     const int away = std::max(3, static_cast<int>(0.9 * kPostWide_m * px_per_m) + 2);
@@ -96,7 +98,7 @@ void Uprights::add(const Picture& picture, const GroundView& view, const FieldBo
     t.confidence = asked > 0 ? static_cast<double>(good) / asked : 0;
   }
   if (!t.is_post) {
-    if (coloured < 0.3 && !(t.wide_m > 0.15 && coloured > 0.12)) return;
+    if (coloured < 0.35 || t.wide_m < 0.04) return;
     t.confidence = std::min(1.0, 0.4 + coloured * 0.6);
     // Legs and bodies of one robot.
     for (std::size_t i = 0; i < count_; ++i) {

@@ -1,0 +1,110 @@
+// sinew-sight: what robots see of a game, judged against the truth; and the ball classifier trained.
+// docs/soccer-vision.md.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+
+#include "apps/sight/draw.hpp"
+#include "apps/sight/judge.hpp"
+#include "apps/sight/train.hpp"
+#include "apps/toml/body_reader.hpp"
+
+namespace {
+
+using namespace sinew;
+using namespace sinew::sight;
+
+constexpr int kOk = 0, kNotBegun = 2;
+
+struct Options {
+  std::string body = "robots/kid/op3.toml", out, folder = ".";
+  SceneOptions scene;
+  std::string light = "unseen";
+  std::uint64_t count = 1000, first = 0;
+  Training training;
+};
+
+int fail(const std::string& what) {
+  std::fprintf(stderr, "sinew-sight: %s\n", what.c_str());
+  return kNotBegun;
+}
+
+bool set_light(Options& o) {
+  o.scene.lighting = o.light == "clean" ? Lighting::clean : o.light == "tuning" ? Lighting::tuning : Lighting::unseen;
+  return true;
+}
+
+int run_judge(const Options& o, const kinematics::Body& body) {
+  SceneMaker maker(body, o.scene);
+  Judgement j;
+  judge(maker, o.first, o.count, {}, j);
+  std::printf("%u x %u, light: %s, seed %llu\n%s", o.scene.width, o.scene.height, o.light.c_str(),
+              static_cast<unsigned long long>(o.scene.seed), report(j).c_str());
+  return kOk;
+}
+
+int run_train(const Options& o, const kinematics::Body& body) {
+  std::vector<Example> examples;
+  for (const std::uint32_t width : {320U, 640U}) {
+    SceneOptions s = o.scene;
+    s.width = width, s.height = width * 3 / 4;
+    s.lighting = Lighting::tuning;
+    SceneMaker maker(body, s);
+    collect(maker, 0, width == 320 ? o.count : o.count / 3, examples);
+  }
+  std::size_t balls = 0;
+  for (const Example& e : examples) balls += e.is_ball;
+  std::fprintf(stderr, "%zu patches, %zu of balls\n", examples.size(), balls);
+  if (examples.size() < 1000) return fail("too few patches");
+  const std::vector<float> weights = train(examples, o.training);
+  std::ofstream file(o.out);
+  file << weights_source(weights, "sinew-sight train --count " + std::to_string(o.count) + " --epochs " +
+                                      std::to_string(o.training.epochs) + " --out soccer/sight/ball_weights.cpp");
+  return file.flush() ? kOk : fail(o.out + " cannot be written");
+}
+
+int run_pictures(const Options& o, const kinematics::Body& body) {
+  SceneMaker maker(body, o.scene);
+  soccer::FieldSight sight;
+  msg::SoccerSight seen;
+  Scene scene;
+  std::vector<Drawing> all;
+  for (std::uint64_t n = o.first; all.size() < o.count; ++n) {
+    maker.make(n, scene);
+    const soccer::GroundView view = scene.ground(false);
+    if (!sight.look(scene.view(), view, seen) || !sight.border().found()) continue;
+    all.push_back(draw(scene.view(), view, sight, seen));
+  }
+  return write_png(o.out, side_by_side(all, 3)) ? kOk : fail(o.out + " cannot be written");
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Options o;
+  CLI::App app("What robots see of a game: docs/soccer-vision.md");
+  app.require_subcommand(1);
+  const auto common = [&](CLI::App* sub) {
+    sub->add_option("--body", o.body, "of all robots");
+    sub->add_option("--seed", o.scene.seed, "of the scenes");
+    sub->add_option("--count", o.count, "of scenes");
+    sub->add_option("--first", o.first, "scene");
+    sub->add_option("--light", o.light)->check(CLI::IsMember({"clean", "tuning", "unseen"}));
+    sub->add_option("--width", o.scene.width)->check(CLI::IsMember({320, 640}));
+  };
+  CLI::App* const judging = app.add_subcommand("judge", "Counts what is seen against the truth, on scenes of its own");
+  CLI::App* const training = app.add_subcommand("train", "Learns the ball classifier; its weights as a source file");
+  CLI::App* const pictures = app.add_subcommand("pictures", "Draws what is seen over scenes, as PNG");
+  for (CLI::App* sub : {judging, training, pictures}) common(sub);
+  training->add_option("--epochs", o.training.epochs);
+  for (CLI::App* sub : {training, pictures}) sub->add_option("--out", o.out)->required();
+  CLI11_PARSE(app, argc, argv);
+  o.scene.height = o.scene.width * 3 / 4;
+  set_light(o);
+  const app::LoadedBody loaded = app::load_body(o.body);
+  for (const rt::Problem& p : loaded.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, o.body).c_str());
+  if (!loaded.problems.empty()) return kNotBegun;
+  if (judging->parsed()) return run_judge(o, loaded.body);
+  if (training->parsed()) return run_train(o, loaded.body);
+  return run_pictures(o, loaded.body);
+}
