@@ -105,6 +105,8 @@ Drawing draw(const vision::ImageView& image, const soccer::GroundView& view, con
     const soccer::PixelAt at = pixel(seen.mark[i].at);
     sign(pen, at.u_px, at.v_px, seen.mark[i].kind);
   }
+  for (const soccer::BallCandidate& c : sight.candidates().all())
+    if (sight.border().found()) pen.circle(c.u_px, c.v_px, c.radius_px, kCandidate);
   for (std::uint32_t i = 0; i < seen.balls; ++i)
     for (const double more : {0.0, 1.0})
       pen.circle(seen.ball[i].u_px, seen.ball[i].v_px, seen.ball[i].radius_px + more, kBall);

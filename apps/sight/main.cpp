@@ -21,6 +21,7 @@ struct Options {
   SceneOptions scene;
   std::string light = "unseen";
   std::uint64_t count = 1000, first = 0;
+  bool missed = false;
   Training training;
 };
 
@@ -73,6 +74,13 @@ int run_pictures(const Options& o, const kinematics::Body& body) {
     maker.make(n, scene);
     const soccer::GroundView view = scene.ground(false);
     if (!sight.look(scene.view(), view, seen) || !sight.border().found()) continue;
+    if (o.missed) {
+      const auto& b = scene.ball;
+      if (!b || b->visible < 0.6 || b->radius_px < 4 || !sight.picture().holds(b->u_px, b->v_px)) continue;
+      bool found = false;
+      for (const auto& c : sight.candidates().all()) found = found || verdict(c, b) == Verdict::ball;
+      if (found) continue;
+    }
     all.push_back(draw(scene.view(), view, sight, seen));
   }
   return write_png(o.out, side_by_side(all, 3)) ? kOk : fail(o.out + " cannot be written");
@@ -96,6 +104,7 @@ int main(int argc, char** argv) {
   CLI::App* const training = app.add_subcommand("train", "Learns the ball classifier; its weights as a source file");
   CLI::App* const pictures = app.add_subcommand("pictures", "Draws what is seen over scenes, as PNG");
   for (CLI::App* sub : {judging, training, pictures}) common(sub);
+  pictures->add_flag("--missed", o.missed, "only those with a ball that is not among the candidates");
   training->add_option("--epochs", o.training.epochs);
   for (CLI::App* sub : {training, pictures}) sub->add_option("--out", o.out)->required();
   CLI11_PARSE(app, argc, argv);

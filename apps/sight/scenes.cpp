@@ -14,6 +14,7 @@ using math::Random;
 using math::Vec3;
 
 constexpr std::size_t kOthers = 6;
+constexpr double kCarpetX_m = 5.3, kCarpetY_m = 3.8;
 constexpr double kBallRadius_m = plant::kKidBall.radius_m;
 constexpr Quat kOptical{0.5, -0.5, 0.5, -0.5};  // camera axes to x ahead, y left, z up
 
@@ -124,6 +125,8 @@ void SceneMaker::place_robots(Random& random, Scene& out) {
         const double d = random.uniform(0.5, 3), turn = random.uniform(-1.0, 1.0) + out.robot.heading_rad;
         at.x_m = out.robot.x_m + d * math::cos(turn), at.y_m = out.robot.y_m + d * math::sin(turn);
       }
+      // All stand on the carpet.
+      at.x_m = std::clamp(at.x_m, -kCarpetX_m, kCarpetX_m), at.y_m = std::clamp(at.y_m, -kCarpetY_m, kCarpetY_m);
       bool free = true;
       for (const auto& [x, y] : used) free = free && math::hypot(x - at.x_m, y - at.y_m) > 0.45;
       if (free) break;
@@ -311,6 +314,7 @@ void SceneMaker::make(std::uint64_t number, Scene& out) {
   } else if (where == 8) {  // on or at a line
     ball.y = (random.below(2) ? 1 : -1) * (f.width_m / 2 + random.normal(0, 0.08));
   }
+  ball.x = std::clamp(ball.x, -kCarpetX_m, kCarpetX_m), ball.y = std::clamp(ball.y, -kCarpetY_m, kCarpetY_m);
   scene_.ball = {ball, Quat::exp({random.normal(0, 1.5), random.normal(0, 1.5), random.normal(0, 1.5)})};
 
   view_.draw(one_, scene_, see);

@@ -5,6 +5,7 @@
 namespace sinew::soccer {
 namespace {
 
+constexpr double kSmall_px = 4.5, kMiddle_px = 14;  // radii at which one size ends and the next begins
 constexpr double kSmallest_px = 2.2, kLeastFit = 0.35;
 constexpr double kLeastSize = 0.62, kMostSize = 1.6;  // of the expected radius
 
@@ -27,25 +28,30 @@ double fit_of(const Picture& p, double u, double v, double r) {
 
 void BallCandidates::add(const BallCandidate& c) {
   // One for each place: the better one stays.
-  for (std::size_t i = 0; i < count_; ++i) {
-    BallCandidate& o = candidate_[i];
-    const double du = c.u_px - o.u_px, dv = c.v_px - o.v_px, r = 0.7 * std::max(c.radius_px, o.radius_px);
-    if (du * du + dv * dv > r * r) continue;
-    if (c.fit <= o.fit) return;
-    for (std::size_t k = i; k + 1 < count_; ++k) candidate_[k] = candidate_[k + 1];
-    --count_, --i;
-  }
-  std::size_t at = count_;
-  while (at > 0 && candidate_[at - 1].fit < c.fit) --at;
-  if (at == kMost) return;
-  count_ = std::min(count_ + 1, kMost);
-  for (std::size_t k = count_ - 1; k > at; --k) candidate_[k] = candidate_[k - 1];
-  candidate_[at] = c;
+  for (const bool remove : {false, true})
+    for (List& l : list_)
+      for (std::size_t i = 0; i < l.count; ++i) {
+        const BallCandidate& o = l.item[i];
+        const double du = c.u_px - o.u_px, dv = c.v_px - o.v_px, r = 0.7 * std::max(c.radius_px, o.radius_px);
+        if (du * du + dv * dv > r * r) continue;
+        if (c.fit <= o.fit) return;
+        if (!remove) continue;
+        for (std::size_t k = i; k + 1 < l.count; ++k) l.item[k] = l.item[k + 1];
+        --l.count, --i;
+      }
+  List& l = list_[c.expected_px < kSmall_px ? 0 : c.expected_px < kMiddle_px ? 1 : 2];
+  std::size_t at = l.count;
+  while (at > 0 && l.item[at - 1].fit < c.fit) --at;
+  if (at == kMostOfSize) return;
+  l.count = std::min(l.count + 1, kMostOfSize);
+  for (std::size_t k = l.count - 1; k > at; --k) l.item[k] = l.item[k - 1];
+  l.item[at] = c;
 }
 
 void BallCandidates::find(const Picture& picture, const GroundView& view, const FieldBorder& border,
                           double ball_radius_m) {
   count_ = 0;
+  for (List& l : list_) l.count = 0;
   const int w = picture.width(), h = picture.height();
   const double middle = 0.5 * (w - 1);
   for (double v = std::max(0.0, std::min(view.horizon_px(0), view.horizon_px(w - 1))); v < h + 20.0;) {
@@ -83,6 +89,8 @@ void BallCandidates::find(const Picture& picture, const GroundView& view, const 
       if (c.fit >= kLeastFit) add(c);
     }
   }
+  for (const List& l : list_)
+    for (std::size_t i = 0; i < l.count; ++i) candidate_[count_++] = l.item[i];
 }
 
 }  // namespace sinew::soccer

@@ -17,16 +17,22 @@ struct BallCandidate {
 /// Thread:  owner.   RT: yes.
 class BallCandidates {
  public:
-  static constexpr std::size_t kMost = 24;
+  /// For each of three sizes: small ones are so many that they would leave no room for others.
+  static constexpr std::size_t kSizes = 3, kMostOfSize = 10, kMost = kSizes * kMostOfSize;
   void find(const Picture& picture, const GroundView& view, const FieldBorder& border, double ball_radius_m);
-  /// The best first.
+  /// The smallest size first; of each size the best first.
   std::span<const BallCandidate> all() const { return {candidate_.data(), count_}; }
 
  private:
   void add(const BallCandidate& c);
+  struct List {
+    std::array<BallCandidate, kMostOfSize> item{};
+    std::size_t count = 0;
+  };
 
   std::array<BallCandidate, kMost> candidate_{};
   std::size_t count_ = 0;
+  std::array<List, kSizes> list_{};
 };
 
 }  // namespace sinew::soccer

@@ -18,7 +18,9 @@ Colour classify(const CarpetLook& c, double y, double du, double dv) {
   const double scale = 1 / (y + kLumaOffset), u = du * scale, v = dv * scale;
   // A cell is 4 wide and pixels are noisy: in the dark the shares are less sure.
   const double sure = 2.2 * c.spread + 0.035 + 3.0 * scale;
-  const double off_u = u - c.u, off_v = v - c.v, off2 = off_u * off_u + off_v * off_v;
+  // Chroma is in proportion to luma; its share of y + kLumaOffset falls in the dark.
+  const double dim = (c.luma + kLumaOffset) / c.luma * y * scale;
+  const double off_u = u - c.u * dim, off_v = v - c.v * dim, off2 = off_u * off_u + off_v * off_v;
   const double grey2 = u * u + v * v;
   if (y < 0.22 * c.luma && grey2 < 0.5) return Colour::dark;
   if (off2 < sure * sure && off2 < grey2 && y < 2.2 * c.luma + 10) return Colour::carpet;

@@ -6,6 +6,7 @@ namespace sinew::soccer {
 namespace {
 
 constexpr double kFootHalf_m = 0.05;  // from a foot's front to its middle
+constexpr double kSameBall = 1.3;     // radii within which two sightings are one
 
 }  // namespace
 
@@ -28,7 +29,7 @@ bool FieldSight::look(const vision::ImageView& image, const GroundView& view, ms
   line_points_.find(picture_, view, border_);
   lines_.find(picture_, view, line_points_.points(), o_.circle_radius_m);
   marks_.find(picture_, view, lines_, line_points_.points());
-  uprights_.find(picture_, view, border_);
+  uprights_.find(picture_, view, border_, carpet_);
   candidates_.find(picture_, view, border_, o_.ball_radius_m);
   put_balls(view, out);
   put_things(view, out);
@@ -37,25 +38,33 @@ bool FieldSight::look(const vision::ImageView& image, const GroundView& view, ms
 }
 
 void FieldSight::put_balls(const GroundView& view, msg::SoccerSight& out) {
+  std::array<msg::SeenBall, BallCandidates::kMost> sure;
+  std::size_t count = 0;
   for (const BallCandidate& c : candidates_.all()) {
     const auto at = view.at_height(c.u_px, c.v_px, o_.ball_radius_m);
     if (!at || math::hypot(at->x_m, at->y_m) > o_.ball_farthest_m) continue;
     BallPatch patch;
     take_patch(picture_, carpet_, c, patch);
-    const double sure = net_.confidence(patch);
-    if (!(sure >= o_.ball_confidence)) continue;
+    const double confidence = net_.confidence(patch);
+    if (!(confidence >= o_.ball_confidence)) continue;
     msg::SeenBall ball;
     ball.at = view.with_covariance(*at, view.errors().pixel_px + 0.1 * c.radius_px, o_.ball_radius_m);
     ball.u_px = static_cast<float>(c.u_px), ball.v_px = static_cast<float>(c.v_px);
     ball.radius_px = static_cast<float>(c.radius_px);
-    ball.confidence = static_cast<float>(sure);
+    ball.confidence = static_cast<float>(confidence);
     // The surest first.
-    std::size_t place = out.balls;
-    while (place > 0 && out.ball[place - 1].confidence < ball.confidence) --place;
-    if (place == out.ball.size()) continue;
-    if (out.balls < out.ball.size()) ++out.balls;
-    for (std::size_t k = out.balls - 1; k > place; --k) out.ball[k] = out.ball[k - 1];
-    out.ball[place] = ball;
+    std::size_t place = count++;
+    for (; place > 0 && sure[place - 1].confidence < ball.confidence; --place) sure[place] = sure[place - 1];
+    sure[place] = ball;
+  }
+  for (std::size_t i = 0; i < count && out.balls < out.ball.size(); ++i) {
+    bool same = false;
+    for (std::uint32_t k = 0; k < out.balls; ++k) {
+      const double du = sure[i].u_px - out.ball[k].u_px, dv = sure[i].v_px - out.ball[k].v_px;
+      const double r = kSameBall * std::max(sure[i].radius_px, out.ball[k].radius_px);
+      same = same || du * du + dv * dv < r * r;
+    }
+    if (!same) out.ball[out.balls++] = sure[i];
   }
 }
 
@@ -82,8 +91,13 @@ void FieldSight::put_lines(const GroundView& view, msg::SoccerSight& out) const 
     if (out.lines == out.line.size()) break;
     out.line[out.lines++] = {view.with_covariance(l.from), view.with_covariance(l.to)};
   }
-  for (const msg::SeenMark& m : marks_.marks())
-    if (out.marks < out.mark.size()) out.mark[out.marks++] = m;
+  for (const msg::SeenMark& m : marks_.marks()) {
+    // A ball is white with carpet all round it, too.
+    bool ball = false;
+    for (std::uint32_t i = 0; i < out.balls && m.kind == msg::FieldMark::penalty_mark; ++i)
+      ball = ball || math::hypot(out.ball[i].at.x_m - m.at.x_m, out.ball[i].at.y_m - m.at.y_m) < 0.3;
+    if (!ball && out.marks < out.mark.size()) out.mark[out.marks++] = m;
+  }
   // Eight places spread over those that were measured.
   const auto& points = border_.points();
   const double first = 0, last = static_cast<double>(points.size() - 1);

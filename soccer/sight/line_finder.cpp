@@ -1,6 +1,7 @@
 #include "soccer/sight/line_finder.hpp"
 
 #include <algorithm>
+#include <bit>
 
 namespace sinew::soccer {
 namespace {
@@ -153,7 +154,15 @@ void LineFinder::find_circle(const Picture& picture, const GroundView& view, std
     line += middle == Probe::line || look(r + 0.4 * tol) == Probe::line || look(r - 0.4 * tol) == Probe::line;
     clean += (look(r - 0.06 - tol) == Probe::carpet) + (look(r + 0.06 + tol) == Probe::carpet);
   }
-  if (seen < 8 || line * 10 < seen * 7 || clean * 10 < seen * 13) return;
+  if (seen < 10 || line * 10 < seen * 7 || clean * 10 < seen * 14) return;
+  // Its points are on at least a third of its turn: less could be a corner.
+  std::uint32_t sectors = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (on(i)) {
+      const double turn = math::atan2(points[i].y_m - centre.y_m, points[i].x_m - centre.x_m) / (2 * math::kPi) + 0.5;
+      sectors |= 1U << std::min(11, static_cast<int>(turn * 12));
+    }
+  if (std::popcount(sectors) < 5) return;
   CirclePiece found{centre, r, 0};
   for (std::size_t i = 0; i < points.size(); ++i)
     if (on(i)) owner_[i] = kOfCircle, ++found.points;

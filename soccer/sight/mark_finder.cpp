@@ -5,7 +5,7 @@
 namespace sinew::soccer {
 namespace {
 
-constexpr double kPast_m = 0.45;     // by which lines may end before the corner
+constexpr double kPast_m = 0.45;         // by which lines may end before the corner
 constexpr double kMarkFarthest_m = 4.5;  // beyond it a line is thinner than a pixel
 constexpr double kRing_m = 0.3, kSame_m = 0.3;
 
@@ -27,7 +27,7 @@ Arm arm(const Picture& picture, const GroundView& view, const GroundXy& from, co
       const double x = from.x_m + s * way.x_m - side * across * way.y_m;
       const double y = from.y_m + s * way.y_m + side * across * way.x_m;
       const Probe p = probe(picture, view, {x, y});
-      if (p == Probe::unseen || p == Probe::other) return Arm::unknown;
+      if (p == Probe::unseen) return Arm::unknown;
       here += p == Probe::line;
       green += p == Probe::carpet;
     }
@@ -35,7 +35,7 @@ Arm arm(const Picture& picture, const GroundView& view, const GroundXy& from, co
     carpet += green == 3;
   }
   if (line >= kSteps - 1) return Arm::present;
-  return carpet >= kSteps - 1 ? Arm::absent : Arm::unknown;
+  return carpet >= kSteps - 2 && line <= 1 ? Arm::absent : Arm::unknown;
 }
 
 }  // namespace

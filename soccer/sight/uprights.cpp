@@ -7,25 +7,33 @@ namespace {
 
 constexpr double kPostWide_m = 0.1, kPostHigh_m = 1.2, kRobotHigh_m = 0.5;
 constexpr double kNearest_m = 0.25;  // nearer is the robot itself
+constexpr double kGap = 0.22;        // between a body and its legs, of the camera's height
 constexpr int kMostColumns = 640;
 
 }  // namespace
 
-void Uprights::find(const Picture& picture, const GroundView& view, const FieldBorder& border) {
+void Uprights::find(const Picture& picture, const GroundView& view, const FieldBorder& border,
+                    const CarpetLook& carpet_look) {
   count_ = 0;
+  darker_ = static_cast<int>(0.92 * carpet_look.luma);
   const int w = picture.width(), h = picture.height(), pitch = std::max(1, w / 320), stride = std::max(1, h / 240);
   const int columns = std::min(kMostColumns, w / pitch);
   std::array<int, kMostColumns> foot{};
   for (int i = 0; i < columns; ++i) {
     const int x = i * pitch, top = std::clamp(static_cast<int>(border.row_px(x)), 0, h);
-    int carpet = 0, last = -1, tall = 0;
-    for (int y = top; y < h && carpet < 3 * stride; ++y) {
-      if (picture.at(x, y) == Colour::carpet)
-        ++carpet;
-      else
-        carpet = 0, last = y, ++tall;
+    const double horizon = view.horizon_px(x);
+    int carpet = 0, last = -1, filled = 0;
+    for (int y = top; y < h; ++y) {
+      const Colour c = picture.at(x, y);
+      if (c == Colour::carpet) {
+        if (++carpet > 2 * stride + kGap * (y - horizon)) break;
+        continue;
+      }
+      // Behind a gap only what is no line goes on: legs under a body.
+      if (carpet > 2 * stride && c == Colour::white) break;
+      carpet = 0, last = y, ++filled;
     }
-    foot[static_cast<std::size_t>(i)] = tall > 4 * stride && tall * 2 > last - top ? last : -1;
+    foot[static_cast<std::size_t>(i)] = last - top >= 3 * stride && filled * 10 > (last - top) * 6 ? last : -1;
   }
   // Neighbours whose feet are at about one distance.
   for (int i = 0; i < columns;) {
@@ -64,24 +72,25 @@ void Uprights::add(const Picture& picture, const GroundView& view, const FieldBo
   t.wide_m = (x1 - x0 + 1) / px_per_m;
   // Colours of a box as high as a robot.
   const int high = static_cast<int>(kRobotHigh_m * px_per_m);
-  int all = 0, dark = 0, blue = 0, red = 0, white = 0, carpet = 0;
+  int all = 0, dark = 0, blue = 0, red = 0, body = 0;
   const int step = std::max(1, high / 40);
   for (int y = std::max(0, foot - high); y <= foot; y += step)
     for (int x = x0; x <= x1; x += step) {
       const Colour c = picture.at(x, y);
       ++all, dark += c == Colour::dark, blue += c == Colour::blue, red += c == Colour::red;
-      white += c == Colour::white, carpet += c == Colour::carpet;
+      body += c == Colour::dark || c == Colour::blue || c == Colour::red ||
+              (c == Colour::other && picture.luma(x, y) < darker_);
     }
   t.dark = static_cast<double>(dark) / all, t.blue = static_cast<double>(blue) / all;
   t.red = static_cast<double>(red) / all;
-  // Neither carpet nor white: most of a robot, and little of a line.
-  const double coloured = static_cast<double>(all - white - carpet) / all;
+  const double coloured = static_cast<double>(body) / all;  // most of a robot, and little of a line
 
-  if (t.wide_m > 0.04 && t.wide_m < 2.2 * kPostWide_m + 2 / px_per_m && t.blue + t.red < 0.2 && border.row_px(middle) > 2) {
+  if (t.wide_m > 0.04 && t.wide_m < 2.2 * kPostWide_m + 2 / px_per_m && t.blue + t.red < 0.2 &&
+      border.row_px(middle) > 2) {
     // Straight up, with an edge on both sides, to where a post would end or the picture does.
     const int top = std::max(1, static_cast<int>(foot - 0.9 * kPostHigh_m * px_per_m));
     const int away = std::max(3, static_cast<int>(0.9 * kPostWide_m * px_per_m) + 2);
-    constexpr int kRows = 12;
+    constexpr int kRows = 12, kEdge = 5;
     int good = 0, asked = 0;
     for (int k = 0; k < kRows; ++k) {
       const int y = foot - 2 - (foot - 2 - top) * k / kRows;
@@ -89,7 +98,7 @@ void Uprights::add(const Picture& picture, const GroundView& view, const FieldBo
       if (y < 0 || x - away < 0 || x + away >= w) continue;
       ++asked;
       const int in = picture.luma(x, y), left = picture.luma(x - away, y), right = picture.luma(x + away, y);
-      good += (in > left + 9 && in > right + 9) || (in < left - 9 && in < right - 9) ||
+      good += (in > left + kEdge && in > right + kEdge) || (in < left - kEdge && in < right - kEdge) ||
               (picture.at(x, y) != Colour::carpet && picture.at(x - away, y) == Colour::carpet &&
                picture.at(x + away, y) == Colour::carpet);
     }
@@ -98,20 +107,21 @@ void Uprights::add(const Picture& picture, const GroundView& view, const FieldBo
     t.confidence = asked > 0 ? static_cast<double>(good) / asked : 0;
   }
   if (!t.is_post) {
-    if (coloured < 0.35 || t.wide_m < 0.04) return;
+    if (coloured < 0.35 || t.wide_m < 0.04 || foot - border.row_px(middle) < 4.0 * h / 240) return;
     t.confidence = std::min(1.0, 0.4 + coloured * 0.6);
-    // Legs and bodies of one robot.
+    // Legs and bodies of one robot: columns beside each other.
     for (std::size_t i = 0; i < count_; ++i) {
       Thing& o = thing_[i];
-      if (o.is_post || math::hypot(o.feet.x_m - t.feet.x_m, o.feet.y_m - t.feet.y_m) > 0.35) continue;
-      const bool nearer = t.foot_px > o.foot_px;
-      if (nearer) o.foot_px = t.foot_px;
+      const double gap = std::max(t.u0_px - o.u1_px, o.u0_px - t.u1_px);
+      const double wide = std::max(t.u1_px, o.u1_px) - std::min(t.u0_px, o.u0_px);
+      if (o.is_post || gap > 0.12 * px_per_m + 2 || wide > 0.75 * px_per_m) continue;
+      const double share = (t.u1_px - t.u0_px + 1) / (o.u1_px - o.u0_px + t.u1_px - t.u0_px + 2);
+      o.foot_px = std::max(o.foot_px, t.foot_px);
       o.u0_px = std::min(o.u0_px, t.u0_px), o.u1_px = std::max(o.u1_px, t.u1_px);
       const auto both = view.ground(0.5 * (o.u0_px + o.u1_px), o.foot_px + 0.5);
       if (both) o.feet = *both;
-      const double share = t.wide_m / (o.wide_m + t.wide_m);
       o.dark += share * (t.dark - o.dark), o.blue += share * (t.blue - o.blue), o.red += share * (t.red - o.red);
-      o.wide_m += t.wide_m;
+      o.wide_m = wide / px_per_m;
       o.confidence = std::max(o.confidence, t.confidence);
       return;
     }

@@ -22,7 +22,7 @@ class Uprights {
     double confidence = 0;
   };
   static constexpr std::size_t kMost = 16;
-  void find(const Picture& picture, const GroundView& view, const FieldBorder& border);
+  void find(const Picture& picture, const GroundView& view, const FieldBorder& border, const CarpetLook& carpet);
   std::span<const Thing> things() const { return {thing_.data(), count_}; }
 
  private:
@@ -30,6 +30,7 @@ class Uprights {
 
   std::array<Thing, kMost> thing_{};
   std::size_t count_ = 0;
+  int darker_ = 0;  // luma below which what is no carpet is no line
 };
 
 }  // namespace sinew::soccer
