@@ -6,6 +6,7 @@
 
 #include "apps/sight/draw.hpp"
 #include "apps/sight/judge.hpp"
+#include "apps/sight/photos.hpp"
 #include "apps/sight/train.hpp"
 #include "apps/toml/body_reader.hpp"
 
@@ -15,9 +16,10 @@ using namespace sinew;
 using namespace sinew::sight;
 
 constexpr int kOk = 0, kNotBegun = 2;
+constexpr int kPhotoWeight = 5;  // times that each patch of a photo is among the examples
 
 struct Options {
-  std::string body = "robots/kid/op3.toml", out, folder = ".";
+  std::string body = "robots/kid/op3.toml", out, photos;
   SceneOptions scene;
   std::string light = "unseen";
   std::uint64_t count = 1000, first = 0;
@@ -53,6 +55,16 @@ int run_train(const Options& o, const kinematics::Body& body) {
     SceneMaker maker(body, s);
     collect(maker, 0, width == 320 ? o.count : o.count / 3, examples);
   }
+  if (!o.photos.empty()) {
+    std::string why;
+    const std::vector<Photo> photos = load_photos(o.photos, why);
+    if (photos.empty()) return fail(why);
+    const auto half = std::span<const Photo>(photos).first(photos.size() / 2);
+    std::vector<Example> real;
+    collect(half, fit_camera(half, kMslBallRadius_m), real);
+    std::fprintf(stderr, "%zu patches of photos\n", real.size());
+    for (int k = 0; k < kPhotoWeight; ++k) examples.insert(examples.end(), real.begin(), real.end());
+  }
   std::size_t balls = 0;
   for (const Example& e : examples) balls += e.is_ball;
   std::fprintf(stderr, "%zu patches, %zu of balls\n", examples.size(), balls);
@@ -60,8 +72,44 @@ int run_train(const Options& o, const kinematics::Body& body) {
   const std::vector<float> weights = train(examples, o.training);
   std::ofstream file(o.out);
   file << weights_source(weights, "sinew-sight train --count " + std::to_string(o.count) + " --epochs " +
-                                      std::to_string(o.training.epochs) + " --out soccer/sight/ball_weights.cpp");
+                                      std::to_string(o.training.epochs) +
+                                      (o.photos.empty() ? "" : " --photos ../shared/data/robocup_msl") +
+                                      " --out soccer/sight/ball_weights.cpp");
   return file.flush() ? kOk : fail(o.out + " cannot be written");
+}
+
+/// The first half by time is for training, the second is kept back.
+int run_photos(const Options& o) {
+  std::string why;
+  const std::vector<Photo> photos = load_photos(o.photos, why);
+  if (photos.empty()) return fail(why);
+  const std::size_t half = photos.size() / 2;
+  const std::span<const Photo> all(photos);
+  const PhotoCamera camera = fit_camera(all.first(half), kMslBallRadius_m);
+  std::printf("camera: horizon at row %.1f, %.2f m high (by the labels of the first half)\n", camera.horizon_px,
+              camera.height_m);
+  for (const bool kept : {false, true}) {
+    const auto part = kept ? all.subspan(half) : all.first(half);
+    std::string lines;
+    const Judgement j = judge(part, camera, lines);
+    const auto fixed = j.at_confidence(0.5), sure = j.at_precision(0.99);
+    std::printf(
+        "%s half, %zu photos\n%sballs among the candidates: %s\nfound, confidence 0.5: %s, right: %s\n"
+        "found at 99 %% precision: %s\n",
+        kept ? "kept back: second" : "first", part.size(), lines.c_str(), text({j.balls_candidates, j.balls}).c_str(),
+        text(fixed.recall).c_str(), text(fixed.precision).c_str(), text(sure.recall).c_str());
+  }
+  if (o.out.empty()) return kOk;
+  soccer::SightOptions so;
+  so.ball_radius_m = kMslBallRadius_m, so.ball_farthest_m = 13;
+  so.most_width = msg::kMaxImageWidth, so.most_height = msg::kMaxImageHeight;
+  soccer::FieldSight sight(so);
+  const soccer::GroundView view(camera.camera, camera.pose(), {}, {});
+  std::vector<Drawing> drawings;
+  msg::SoccerSight seen;
+  for (const Photo& p : all.subspan(o.first, std::min<std::size_t>(o.count, photos.size() - o.first)))
+    if (sight.look(p.view(), view, seen)) drawings.push_back(draw(p.view(), view, sight, seen));
+  return write_png(o.out, side_by_side(drawings, 2)) ? kOk : fail(o.out + " cannot be written");
 }
 
 int run_pictures(const Options& o, const kinematics::Body& body) {
@@ -107,7 +155,15 @@ int main(int argc, char** argv) {
   pictures->add_flag("--missed", o.missed, "only those with a ball that is not among the candidates");
   training->add_option("--epochs", o.training.epochs);
   for (CLI::App* sub : {training, pictures}) sub->add_option("--out", o.out)->required();
+  CLI::App* const real =
+      app.add_subcommand("photos", "Judges photos with labels: the first half by name, and the second");
+  real->add_option("folder", o.photos)->required();
+  real->add_option("--out", o.out, "what is seen, as PNG");
+  real->add_option("--first", o.first, "photo that is drawn");
+  real->add_option("--count", o.count, "of photos that are drawn");
+  training->add_option("--photos", o.photos, "folder; the first half of them by name is trained with, too");
   CLI11_PARSE(app, argc, argv);
+  if (real->parsed()) return run_photos(o);
   o.scene.height = o.scene.width * 3 / 4;
   set_light(o);
   const app::LoadedBody loaded = app::load_body(o.body);

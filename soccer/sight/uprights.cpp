@@ -35,6 +35,7 @@ void Uprights::find(const Picture& picture, const GroundView& view, const FieldB
     }
     foot[static_cast<std::size_t>(i)] = last - top >= 3 * stride && filled * 10 > (last - top) * 6 ? last : -1;
   }
+  find_posts(picture, view, border, {foot.data(), static_cast<std::size_t>(columns)}, pitch);
   // Neighbours whose feet are at about one distance.
   for (int i = 0; i < columns;) {
     if (foot[static_cast<std::size_t>(i)] < 0) {
@@ -56,9 +57,64 @@ void Uprights::find(const Picture& picture, const GroundView& view, const FieldB
   }
 }
 
+void Uprights::find_posts(const Picture& picture, const GroundView& view, const FieldBorder& border,
+                          std::span<int> foot, int pitch) {
+  const int w = picture.width(), h = picture.height();
+  // A column through the middle of a post differs from those beside it, all the way up.
+  const auto is_post = [&](int i, double& px_per_m, double& share) {
+    const int x = i * pitch, y0 = foot[static_cast<std::size_t>(i)];
+    const double edge = border.row_px(x);
+    if (y0 < 0 || y0 >= h - 2 || edge < 3) return false;
+    const auto feet = view.ground(x, y0 + 0.5);
+    if (!feet || math::hypot(feet->x_m, feet->y_m) < kNearest_m) return false;
+    const PixelAt at = view.pixel(*feet);
+    if (!(at.depth_m > 0)) return false;
+    px_per_m = view.camera().fx_px / at.depth_m;
+    const int top = std::max(1, static_cast<int>(y0 - 0.9 * kPostHigh_m * px_per_m));
+    const int away = std::max(3, static_cast<int>(0.8 * kPostWide_m * px_per_m + 2.5));
+    if (top > edge - 0.25 * px_per_m || x < away || x + away >= w) return false;
+    constexpr int kRows = 16, kEdge = 5;
+    int good = 0, coloured = 0;
+    for (int k = 0; k < kRows; ++k) {
+      const int y = y0 - 2 - (y0 - 2 - top) * k / (kRows - 1);
+      if (y < 0) return false;
+      const int in = picture.luma(x, y), left = picture.luma(x - away, y), right = picture.luma(x + away, y);
+      const Colour c = picture.at(x, y);
+      coloured += c == Colour::blue || c == Colour::red || c == Colour::carpet;
+      good += (in > left + kEdge && in > right + kEdge) || (in < left - kEdge && in < right - kEdge) ||
+              (c != Colour::carpet && picture.at(x - away, y) == Colour::carpet &&
+               picture.at(x + away, y) == Colour::carpet);
+    }
+    share = static_cast<double>(good) / kRows;
+    return good * 10 >= kRows * 8 && coloured * 8 <= kRows;
+  };
+  const int columns = static_cast<int>(foot.size());
+  for (int i = 0; i < columns; ++i) {
+    double px_per_m = 1, share = 0;
+    if (!is_post(i, px_per_m, share)) continue;
+    int end = i + 1;
+    for (double other = 1, more = 0; end < columns && is_post(end, other, more); ++end) share = std::max(share, more);
+    const double wide_m = (end - i) * pitch / px_per_m;
+    const int middle = (i + end - 1) / 2, y0 = foot[static_cast<std::size_t>(middle)];
+    const auto feet = view.ground(0.5 * (i + end - 1) * pitch, y0 + 0.5);
+    if (wide_m < 2 * kPostWide_m && feet && count_ < kMost) {
+      Thing& t = thing_[count_++];
+      t = {};
+      t.feet = *feet;
+      t.u0_px = i * pitch, t.u1_px = end * pitch - 1, t.foot_px = y0;
+      t.wide_m = wide_m, t.is_post = true, t.confidence = share;
+      // These columns, and those of its sides, are of nothing else.
+      const int side = static_cast<int>(0.7 * kPostWide_m * px_per_m / pitch) + 1;
+      for (int k = std::max(0, middle - side); k < std::min(columns, middle + side + 1); ++k)
+        foot[static_cast<std::size_t>(k)] = -1;
+    }
+    i = end;
+  }
+}
+
 void Uprights::add(const Picture& picture, const GroundView& view, const FieldBorder& border, int x0, int x1,
                    int foot) {
-  const int h = picture.height(), w = picture.width();
+  const int h = picture.height();
   if (foot >= h - 2) return;  // its foot is below the picture
   const double middle = 0.5 * (x0 + x1);
   const auto feet = view.ground(middle, foot + 0.5);
@@ -72,59 +128,39 @@ void Uprights::add(const Picture& picture, const GroundView& view, const FieldBo
   t.wide_m = (x1 - x0 + 1) / px_per_m;
   // Colours of a box as high as a robot.
   const int high = static_cast<int>(kRobotHigh_m * px_per_m);
-  int all = 0, dark = 0, blue = 0, red = 0, body = 0;
+  int all = 0, dark = 0, blue = 0, red = 0, body = 0, inside = 0;
+  const int edge = static_cast<int>(border.row_px(middle));
   const int step = std::max(1, high / 40);
   for (int y = std::max(0, foot - high); y <= foot; y += step)
     for (int x = x0; x <= x1; x += step) {
       const Colour c = picture.at(x, y);
       ++all, dark += c == Colour::dark, blue += c == Colour::blue, red += c == Colour::red;
+      if (y < edge || c == Colour::carpet) continue;  // what is beyond the carpet says nothing of what stands on it
+      ++inside;
       body += c == Colour::dark || c == Colour::blue || c == Colour::red ||
               (c == Colour::other && picture.luma(x, y) < darker_);
     }
   t.dark = static_cast<double>(dark) / all, t.blue = static_cast<double>(blue) / all;
   t.red = static_cast<double>(red) / all;
-  const double coloured = static_cast<double>(body) / all;  // most of a robot, and little of a line
-
-  if (t.wide_m > 0.04 && t.wide_m < 2.2 * kPostWide_m + 2 / px_per_m && t.blue + t.red < 0.2 &&
-      border.row_px(middle) > 2) {
-    // Straight up, with an edge on both sides, to where a post would end or the picture does.
-    const int top = std::max(1, static_cast<int>(foot - 0.9 * kPostHigh_m * px_per_m));
-    const int away = std::max(3, static_cast<int>(0.9 * kPostWide_m * px_per_m) + 2);
-    constexpr int kRows = 12, kEdge = 5;
-    int good = 0, asked = 0;
-    for (int k = 0; k < kRows; ++k) {
-      const int y = foot - 2 - (foot - 2 - top) * k / kRows;
-      const int x = static_cast<int>(middle);
-      if (y < 0 || x - away < 0 || x + away >= w) continue;
-      ++asked;
-      const int in = picture.luma(x, y), left = picture.luma(x - away, y), right = picture.luma(x + away, y);
-      good += (in > left + kEdge && in > right + kEdge) || (in < left - kEdge && in < right - kEdge) ||
-              (picture.at(x, y) != Colour::carpet && picture.at(x - away, y) == Colour::carpet &&
-               picture.at(x + away, y) == Colour::carpet);
-    }
-    const bool crosses = top < border.row_px(middle) - 6;
-    t.is_post = crosses && asked >= kRows / 2 && good * 10 >= asked * 8;
-    t.confidence = asked > 0 ? static_cast<double>(good) / asked : 0;
-  }
-  if (!t.is_post) {
-    if (coloured < 0.35 || t.wide_m < 0.04 || foot - border.row_px(middle) < 4.0 * h / 240) return;
-    t.confidence = std::min(1.0, 0.4 + coloured * 0.6);
-    // Legs and bodies of one robot: columns beside each other.
-    for (std::size_t i = 0; i < count_; ++i) {
-      Thing& o = thing_[i];
-      const double gap = std::max(t.u0_px - o.u1_px, o.u0_px - t.u1_px);
-      const double wide = std::max(t.u1_px, o.u1_px) - std::min(t.u0_px, o.u0_px);
-      if (o.is_post || gap > 0.12 * px_per_m + 2 || wide > 0.75 * px_per_m) continue;
-      const double share = (t.u1_px - t.u0_px + 1) / (o.u1_px - o.u0_px + t.u1_px - t.u0_px + 2);
-      o.foot_px = std::max(o.foot_px, t.foot_px);
-      o.u0_px = std::min(o.u0_px, t.u0_px), o.u1_px = std::max(o.u1_px, t.u1_px);
-      const auto both = view.ground(0.5 * (o.u0_px + o.u1_px), o.foot_px + 0.5);
-      if (both) o.feet = *both;
-      o.dark += share * (t.dark - o.dark), o.blue += share * (t.blue - o.blue), o.red += share * (t.red - o.red);
-      o.wide_m = wide / px_per_m;
-      o.confidence = std::max(o.confidence, t.confidence);
-      return;
-    }
+  // Most of a robot, and little of a line.
+  const double coloured = static_cast<double>(body) / std::max(1, inside);
+  if (coloured < 0.4 || t.wide_m < 0.04 || foot - border.row_px(middle) < 4.0 * h / 240) return;
+  t.confidence = std::min(1.0, 0.4 + coloured * 0.6);
+  // Legs and bodies of one robot: columns beside each other.
+  for (std::size_t i = 0; i < count_; ++i) {
+    Thing& o = thing_[i];
+    const double gap = std::max(t.u0_px - o.u1_px, o.u0_px - t.u1_px);
+    const double wide = std::max(t.u1_px, o.u1_px) - std::min(t.u0_px, o.u0_px);
+    if (o.is_post || gap > 0.12 * px_per_m + 2 || wide > 0.75 * px_per_m) continue;
+    const double share = (t.u1_px - t.u0_px + 1) / (o.u1_px - o.u0_px + t.u1_px - t.u0_px + 2);
+    o.foot_px = std::max(o.foot_px, t.foot_px);
+    o.u0_px = std::min(o.u0_px, t.u0_px), o.u1_px = std::max(o.u1_px, t.u1_px);
+    const auto both = view.ground(0.5 * (o.u0_px + o.u1_px), o.foot_px + 0.5);
+    if (both) o.feet = *both;
+    o.dark += share * (t.dark - o.dark), o.blue += share * (t.blue - o.blue), o.red += share * (t.red - o.red);
+    o.wide_m = wide / px_per_m;
+    o.confidence = std::max(o.confidence, t.confidence);
+    return;
   }
   if (count_ < kMost) thing_[count_++] = t;
 }

@@ -7,8 +7,8 @@
 
 namespace sinew::soccer {
 
-/// Columns in which something that is no carpet comes down over the border: neighbours with their feet at one distance
-/// are one thing. Thin, grey and with an edge on both sides: a post. Wider or dark or of a jersey's colour: a robot.
+/// Columns in which something that is no carpet comes down over the border. A post: columns with an edge at a post's
+/// width on both sides, up to its height. A robot: neighbouring columns that are dark or of a jersey's colour.
 /// Units:   as seen. `feet`: where the lowest pixels are on the ground.
 /// Thread:  owner.   RT: yes.
 class Uprights {
@@ -26,6 +26,8 @@ class Uprights {
   std::span<const Thing> things() const { return {thing_.data(), count_}; }
 
  private:
+  void find_posts(const Picture& picture, const GroundView& view, const FieldBorder& border, std::span<int> foot,
+                  int pitch);
   void add(const Picture& picture, const GroundView& view, const FieldBorder& border, int x0, int x1, int foot);
 
   std::array<Thing, kMost> thing_{};
