@@ -23,7 +23,7 @@ struct Options {
   SceneOptions scene;
   std::string light = "unseen";
   std::uint64_t count = 1000, first = 0;
-  bool missed = false;
+  bool missed = false, wrong = false;
   Training training;
 };
 
@@ -129,6 +129,14 @@ int run_pictures(const Options& o, const kinematics::Body& body) {
       for (const auto& c : sight.candidates().all()) found = found || verdict(c, b) == Verdict::ball;
       if (found) continue;
     }
+    if (o.wrong) {
+      bool wrong = false;
+      for (std::uint32_t i = 0; i < seen.balls; ++i)
+        wrong = wrong || !scene.ball || !(scene.ball->visible > 0.02) ||
+                math::hypot(seen.ball[i].u_px - scene.ball->u_px, seen.ball[i].v_px - scene.ball->v_px) >
+                    0.6 * scene.ball->radius_px + 1.5;
+      if (!wrong) continue;
+    }
     all.push_back(draw(scene.view(), view, sight, seen));
   }
   return write_png(o.out, side_by_side(all, 3)) ? kOk : fail(o.out + " cannot be written");
@@ -153,6 +161,7 @@ int main(int argc, char** argv) {
   CLI::App* const pictures = app.add_subcommand("pictures", "Draws what is seen over scenes, as PNG");
   for (CLI::App* sub : {judging, training, pictures}) common(sub);
   pictures->add_flag("--missed", o.missed, "only those with a ball that is not among the candidates");
+  pictures->add_flag("--wrong", o.wrong, "only those with a sighting of a ball that is none");
   training->add_option("--epochs", o.training.epochs);
   for (CLI::App* sub : {training, pictures}) sub->add_option("--out", o.out)->required();
   CLI::App* const real =

@@ -89,25 +89,26 @@ msg::CameraPose PhotoCamera::pose() const {
 }
 
 PhotoCamera fit_camera(std::span<const Photo> photos, double ball_radius_m) {
-  // Middle of a ball: horizon + (height - radius) / radius * (radius in the picture). A line through (size, row), by
-  // the median of slopes of pairs: a ball in the air or a label that is wrong does no harm. Source:  P. Sen, Estimates
-  // of the regression coefficient based on Kendall's tau, JASA 63 (1968).
-  std::vector<std::pair<double, double>> at;
-  for (const Photo& p : photos)
-    for (const Photo::Box& b : p.balls) at.emplace_back(0.25 * (b.wide_px + b.high_px), b.v_px);
-  std::vector<double> slopes, starts;
-  for (std::size_t i = 0; i < at.size(); ++i)
-    for (std::size_t k = i + 1; k < at.size(); ++k)
-      if (math::fabs(at[i].first - at[k].first) > 0.5)
-        slopes.push_back((at[i].second - at[k].second) / (at[i].first - at[k].first));
+  // Middle of a ball: horizon + (height - radius) / radius * (radius in the picture). Of all pairs of horizon and
+  // slope, that with the least upper third of the radii's relative errors: a ball in the air or a wrong label does no
+  // harm.
   PhotoCamera out;
-  if (photos.empty() || slopes.empty()) return out;
-  std::ranges::sort(slopes);
-  const double slope = slopes[slopes.size() / 2];
-  for (const auto& [size, row] : at) starts.push_back(row - slope * size);
-  std::ranges::sort(starts);
-  out.horizon_px = starts[starts.size() / 2];
-  out.height_m = ball_radius_m * (1 + slope);
+  if (photos.empty()) return out;
+  double best = math::kInf;
+  for (double horizon = 0.3; horizon < 0.6; horizon += 0.0025)
+    for (double slope = 2; slope < 14; slope += 0.1) {
+      std::vector<double> off;
+      for (const Photo& p : photos)
+        for (const Photo::Box& b : p.balls) {
+          const double radius = (b.v_px - horizon * p.height) / slope;
+          off.push_back(radius > 1 ? math::fabs(math::log(radius / (0.25 * (b.wide_px + b.high_px)))) : 9);
+        }
+      if (off.empty()) return out;
+      std::ranges::sort(off);
+      const double median = off[off.size() * 2 / 3];
+      if (median < best)
+        best = median, out.horizon_px = horizon * photos[0].height, out.height_m = ball_radius_m * (1 + slope);
+    }
   const double w = photos[0].width, h = photos[0].height;
   out.camera = {0.9 * w, 0.9 * w, 0.5 * (w - 1), 0.5 * (h - 1)};
   return out;

@@ -18,9 +18,18 @@ constexpr double kCarpetX_m = 5.3, kCarpetY_m = 3.8;
 constexpr double kBallRadius_m = plant::kKidBall.radius_m;
 constexpr Quat kOptical{0.5, -0.5, 0.5, -0.5};  // camera axes to x ahead, y left, z up
 
-enum BallKind : std::uint32_t { kSpotted, kWhiteBall, kOrange, kYellow, kRedBall, kBlueBall, kBallKinds };
+/// Plain balls have no colour of a jersey.
+enum BallKind : std::uint32_t { kSpotted, kWhiteBall, kOrange, kYellow, kPink, kCyan, kBallKinds };
 constexpr float kBallRgb[kBallKinds][3] = {{240, 240, 240}, {235, 235, 235}, {236, 112, 24},
-                                           {220, 200, 30},  {210, 30, 60},   {30, 120, 220}};
+                                           {220, 200, 30},  {230, 70, 150},  {60, 190, 200}};
+
+/// -1 to 1, one value for each square of a side of 1.
+double patch(double x, double y, std::uint32_t seed) {
+  std::uint32_t n = seed ^ (static_cast<std::uint32_t>(static_cast<int>(math::floor(x))) * 0x9e3779b9U) ^
+                    (static_cast<std::uint32_t>(static_cast<int>(math::floor(y))) * 0x85ebca6bU);
+  n ^= n >> 16, n *= 0x7feb352dU, n ^= n >> 15;
+  return static_cast<double>(n & 0xffff) / 32768 - 1;
+}
 
 std::vector<plant::PitchBody> bodies_of(const kinematics::Body& body) {
   std::vector<plant::PitchBody> all;
@@ -188,7 +197,7 @@ void SceneMaker::degrade(const Light& light, Random& random, const raster::Raste
                          math::sin(turn), random.uniform(0.3, 1.5), random.below(2) == 0});
     }
     const double lift = 1 + light.drift * random.normal();
-    const double phase_x = random.uniform(0, 6), phase_y = random.uniform(0, 6);
+    const std::uint32_t grain = random.next_u32();
     for (std::uint32_t y = 0; y < h; ++y)
       for (std::uint32_t x = 0; x < w; ++x) {
         const double nx = 2.0 * x / w - 1, ny = 2.0 * y / h - 1;
@@ -207,8 +216,7 @@ void SceneMaker::degrade(const Light& light, Random& random, const raster::Raste
             for (std::size_t c = 0; c < 3; ++c) tint[c] *= light.shadow_tint[c];
           }
           if (picture.shown(x, y) == plant::kShowsCarpet)
-            all *= 1 + light.texture * (math::sin(23 * p.x + phase_x) * math::sin(31 * p.y + phase_y) +
-                                        0.7 * math::sin(71 * p.x + phase_y) * math::sin(57 * p.y));
+            all *= 1 + light.texture * (patch(p.x * 3, p.y * 3, grain) + 0.7 * patch(p.x * 40, p.y * 40, grain));
         }
         float* const at = &rgb_[3 * (std::size_t{y} * w + x)];
         for (std::size_t c = 0; c < 3; ++c)

@@ -6,22 +6,23 @@ namespace sinew::soccer {
 namespace {
 
 constexpr double kSmall_px = 4.5, kMiddle_px = 14;  // radii at which one size ends and the next begins
-constexpr double kSmallest_px = 2.2, kLeastFit = 0.35;
+constexpr double kSmallest_px = 2.8, kLeastStart = 0.34, kLeastFit = 0.4;
 constexpr double kLeastSize = 0.62, kMostSize = 1.6;  // of the expected radius
 
-int rounded(double x) { return static_cast<int>(math::floor(x + 0.5)); }
-
 Picture::Count box(const Picture& p, double u, double v, double half_u, double half_v) {
-  return p.not_carpet(rounded(u - half_u), rounded(v - half_v), rounded(u + half_u), rounded(v + half_v));
+  // Rounded to the nearest; what is left of the picture is cut away, however it was rounded.
+  const auto at = [](double x) { return static_cast<int>(x + 1024.5) - 1024; };
+  return p.not_carpet(at(u - half_u), at(v - half_v), at(u + half_u), at(v + half_v));
 }
 
-/// How much of a disc is no carpet, less how much of the ring round it is not.
+/// How much of a disc is no carpet, less how much of the ring round it is not. A ball before a dark robot is brighter
+/// than what is round it: the better of both counts.
 double fit_of(const Picture& p, double u, double v, double r) {
   const Picture::Count wide = box(p, u, v, 0.9 * r, 0.5 * r), high = box(p, u, v, 0.5 * r, 0.9 * r);
   const Picture::Count inner = box(p, u, v, 1.12 * r, 1.12 * r), outer = box(p, u, v, 1.5 * r, 1.5 * r);
-  const double disc = static_cast<double>(wide.other + high.other) / std::max(1, wide.all + high.all);
-  const double ring = static_cast<double>(outer.other - inner.other) / std::max(1, outer.all - inner.all);
-  return disc - 0.7 * ring;
+  const double disc = 1.0 / std::max(1, wide.all + high.all), ring = 0.7 / std::max(1, outer.all - inner.all);
+  return std::max((wide.other + high.other) * disc - (outer.other - inner.other) * ring,
+                  (wide.bright + high.bright) * disc - (outer.bright - inner.bright) * ring);
 }
 
 }  // namespace
@@ -48,6 +49,15 @@ void BallCandidates::add(const BallCandidate& c) {
   l.item[at] = c;
 }
 
+bool BallCandidates::near(double u_px, double v_px, double within_px) const {
+  for (const List& l : list_)
+    for (std::size_t i = 0; i < l.count; ++i) {
+      const double du = l.item[i].u_px - u_px, dv = l.item[i].v_px - v_px;
+      if (du * du + dv * dv < within_px * within_px) return true;
+    }
+  return false;
+}
+
 void BallCandidates::find(const Picture& picture, const GroundView& view, const FieldBorder& border,
                           double ball_radius_m) {
   count_ = 0;
@@ -66,14 +76,13 @@ void BallCandidates::find(const Picture& picture, const GroundView& view, const 
       const Picture::Count core = box(picture, u, row, 0.45 * r0, 0.45 * r0);
       if (core.other * 2 < core.all || core.all == 0) continue;
       if (row + r0 < border.row_px(u)) continue;  // its foot would be beyond the carpet
-      const double fit = fit_of(picture, u, row, r0);
-      if (fit < kLeastFit - 0.2) continue;
+      if (fit_of(picture, u, row, r0) < kLeastStart || near(u, row, 0.45 * r0)) continue;
       const auto expected = view.ball_radius_px(u, row, ball_radius_m);
       if (!expected || *expected < kSmallest_px) continue;
       BallCandidate c{u, row, *expected, *expected, fit_of(picture, u, row, *expected)};
       // Moved and resized until nothing near fits better.
       double move = 0.35 * c.radius_px, grow = 1.15;
-      for (int round = 0; round < 5; ++round) {
+      for (int round = 0; round < 6 && move > 0.4; ++round) {
         const BallCandidate from = c;
         for (int k = 0; k < 6; ++k) {
           BallCandidate t = from;

@@ -25,6 +25,7 @@ class BallCandidates {
 
  private:
   void add(const BallCandidate& c);
+  bool near(double u_px, double v_px, double within_px) const;
   struct List {
     std::array<BallCandidate, kMostOfSize> item{};
     std::size_t count = 0;

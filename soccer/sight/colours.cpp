@@ -48,9 +48,12 @@ void FieldColours::set(const CarpetLook& look) {
 void FieldColours::build() {
   for (unsigned y = 0; y < 16; ++y)
     for (unsigned u = 0; u < 64; ++u)
-      for (unsigned v = 0; v < 64; ++v)
-        table_[y << 12 | u << 6 | v] =
-            static_cast<std::uint8_t>(classify(built_, 16.0 * y + 7.5, 4.0 * u + 1.5 - 128, 4.0 * v + 1.5 - 128));
+      for (unsigned v = 0; v < 64; ++v) {
+        const double luma = 16.0 * y + 7.5;
+        const Colour c = classify(built_, luma, 4.0 * u + 1.5 - 128, 4.0 * v + 1.5 - 128);
+        const bool bright = c != Colour::carpet && c != Colour::blue && luma > 0.9 * built_.luma;
+        table_[y << 12 | u << 6 | v] = static_cast<std::uint8_t>(static_cast<unsigned>(c) | (bright ? kBright : 0U));
+      }
 }
 
 bool CarpetMeter::measure(const vision::ImageView& image, const GroundView& view, CarpetLook& look) {

@@ -32,7 +32,11 @@ class FieldColours {
   /// depends on nothing that was before.
   void set(const CarpetLook& look);
   const CarpetLook& look() const { return look_; }
-  Colour of(unsigned y, unsigned u, unsigned v) const { return static_cast<Colour>(table_[index(y, u, v)]); }
+  Colour of(unsigned y, unsigned u, unsigned v) const {
+    return static_cast<Colour>(table_[index(y, u, v)] & kColourBits);
+  }
+  /// Entries: a colour, and kBright for what is no carpet, as bright as it or brighter, and not blue.
+  static constexpr std::uint8_t kColourBits = 7, kBright = 8;
   const std::uint8_t* table() const { return table_.data(); }
   static constexpr std::size_t index(unsigned y, unsigned u, unsigned v) {
     return (y >> 4) << 12 | (u >> 2) << 6 | (v >> 2);

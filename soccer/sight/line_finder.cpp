@@ -8,7 +8,9 @@ namespace {
 
 constexpr int kLineSamples = 90, kCircleSamples = 90, kLeastPoints = 5, kLeastOfCircle = 12;
 constexpr double kLeastLength_m = 0.3, kLargestGap_m = 0.7, kNearPixels = 90;
-constexpr std::uint8_t kOfCircle = 255, kOfNone = 0, kDropped = 254;
+constexpr double kMostOnLines = 0.7;  // of a circle's points, on two straight lines: more is a corner
+constexpr double kSameCentre_m = 0.22, kLeastTurn_rad = 0.35, kBend_px = 0.5, kLongest_m = 1.3;
+constexpr std::uint8_t kOfBent = 253, kOfCircle = 255, kOfNone = 0, kDropped = 254;
 
 double tolerance_px(const Picture& picture) { return 0.9 + 0.0016 * picture.width(); }
 
@@ -77,8 +79,116 @@ void LineFinder::find(const Picture& picture, const GroundView& view, std::span<
   find_circle(picture, view, points, circle_radius_m);
   for (std::size_t i = 0; i < kMost + 4 && lines_ < kMost; ++i)
     if (!find_line(picture, view, points)) break;
-  for (std::size_t i = 0; i < points.size(); ++i)
+  if (!circle_) circle_of_chords(picture, view, points, circle_radius_m);
+  // What is bent is no straight line, whether the circle was found or not.
+  std::size_t kept = 0;
+  std::array<std::uint8_t, kMost + 1> number{};
+  for (std::size_t i = 0; i < lines_; ++i) {
+    if (line_[i].is_bent) continue;
+    number[i + 1] = static_cast<std::uint8_t>(kept + 1);
+    line_[kept++] = line_[i];
+  }
+  lines_ = kept;
+  for (std::size_t i = 0; i < points.size(); ++i) {
     if (owner_[i] == kDropped) owner_[i] = kOfNone;
+    if (owner_[i] != kOfCircle && owner_[i] != kOfNone)
+      owner_[i] = number[owner_[i]] != 0 ? number[owner_[i]] : kOfBent;
+  }
+}
+
+void LineFinder::circle_of_chords(const Picture& picture, const GroundView& view, std::span<const LinePoint> points,
+                                  double radius_m) {
+  // Each short line is a chord of a circle on its left or its right.
+  struct Chord {
+    GroundXy centre;
+    double turn;
+    std::size_t line;
+  };
+  std::array<Chord, 2 * kMost> chord{};
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < lines_; ++i) {
+    const LinePiece& l = line_[i];
+    const double length = l.length_m();
+    if (length > 1.5 * radius_m) continue;
+    // A chord through the middle of the strip lies between the arc and its ends' line: by two thirds of the sagitta.
+    const double high = math::sqrt(radius_m * radius_m - 0.25 * length * length);
+    const double off = high + 0.6667 * (radius_m - high);
+    const double x = (l.to.x_m - l.from.x_m) / length, y = (l.to.y_m - l.from.y_m) / length;
+    for (const double side : {off, -off})
+      chord[n++] = {
+          {0.5 * (l.from.x_m + l.to.x_m) - side * y, 0.5 * (l.from.y_m + l.to.y_m) + side * x}, math::atan2(y, x), i};
+  }
+  for (std::size_t i = 0; i < n; ++i) {
+    double sx = 0, sy = 0, most_turn = 0;
+    int count = 0;
+    for (std::size_t k = 0; k < n; ++k) {
+      const double d =
+          math::hypot(chord[k].centre.x_m - chord[i].centre.x_m, chord[k].centre.y_m - chord[i].centre.y_m);
+      if (d > kSameCentre_m) continue;
+      sx += chord[k].centre.x_m, sy += chord[k].centre.y_m, ++count;
+      const double turn = math::fabs(math::wrap_pi(2 * (chord[k].turn - chord[i].turn))) / 2;
+      most_turn = std::max(most_turn, turn);
+    }
+    if (count < 2 || most_turn < kLeastTurn_rad) continue;
+    const GroundXy centre{sx / count, sy / count};
+    int seen = 0, line = 0;
+    constexpr int kAround = 48;
+    for (int k = 0; k < kAround; ++k) {
+      const math::SinCos t = math::sincos(2 * math::kPi * k / kAround);
+      const auto look = [&](double at) {
+        return probe(picture, view, {centre.x_m + at * t.cos, centre.y_m + at * t.sin});
+      };
+      if (look(radius_m) == Probe::unseen) continue;
+      ++seen;
+      bool any = false;
+      for (const double more : {-0.1, -0.06, -0.03, 0.0, 0.03, 0.06, 0.1})
+        any = any || look(radius_m + more) == Probe::line;
+      line += any;
+    }
+    if (seen < 10 || line * 10 < seen * 8) continue;
+    CirclePiece found{centre, radius_m, 0};
+    for (std::size_t k = 0; k < points.size(); ++k) {
+      const double d = math::hypot(points[k].x_m - centre.x_m, points[k].y_m - centre.y_m);
+      if (math::fabs(d - radius_m) > 0.15) continue;
+      owner_[k] = kOfCircle;
+      ++found.points;
+    }
+    for (std::size_t k = 0; k < n; ++k)
+      if (math::hypot(chord[k].centre.x_m - centre.x_m, chord[k].centre.y_m - centre.y_m) < kSameCentre_m)
+        line_[chord[k].line].is_bent = true;
+    circle_ = found;
+    return;
+  }
+}
+
+template <class Use>
+double LineFinder::two_lines_share(const Picture& picture, std::span<const LinePoint> points, const Use& use) {
+  std::array<std::uint16_t, LinePoints::kMost> left{};
+  std::uint32_t n = 0;
+  for (std::size_t i = 0; i < points.size(); ++i)
+    if (use(i)) left[n++] = static_cast<std::uint16_t>(i);
+  const std::uint32_t all = n;
+  const double tol = tolerance_px(picture);
+  for (int line = 0; line < 2 && n >= 2; ++line) {
+    std::uint32_t best = 0;
+    Straight most;
+    for (int k = 0; k < 30; ++k) {
+      const LinePoint &p = points[left[random(n)]], &q = points[left[random(n)]];
+      const double du = q.u_px - p.u_px, dv = q.v_px - p.v_px, length = math::sqrt(du * du + dv * dv);
+      if (length < 4) continue;
+      const Straight s{-dv / length, du / length, (dv * p.u_px - du * p.v_px) / length};
+      std::uint32_t count = 0;
+      for (std::uint32_t m = 0; m < n; ++m)
+        count += math::fabs(s.off(points[left[m]].u_px, points[left[m]].v_px)) < tol;
+      if (count > best) best = count, most = s;
+    }
+    std::uint32_t kept = 0;
+    for (std::uint32_t m = 0; m < n; ++m)
+      if (best == 0 || !(math::fabs(most.off(points[left[m]].u_px, points[left[m]].v_px)) < tol))
+        left[kept++] = left[m];
+    n = kept;
+  }
+  return 1 - static_cast<double>(n) / std::max(1U, all);
 }
 
 void LineFinder::find_circle(const Picture& picture, const GroundView& view, std::span<const LinePoint> points,
@@ -163,6 +273,7 @@ void LineFinder::find_circle(const Picture& picture, const GroundView& view, std
       sectors |= 1U << std::min(11, static_cast<int>(turn * 12));
     }
   if (std::popcount(sectors) < 5) return;
+  if (two_lines_share(picture, points, on) > kMostOnLines) return;
   CirclePiece found{centre, r, 0};
   for (std::size_t i = 0; i < points.size(); ++i)
     if (on(i)) owner_[i] = kOfCircle, ++found.points;
@@ -255,6 +366,20 @@ bool LineFinder::find_line(const Picture& picture, const GroundView& view, std::
   }
   for (std::size_t k = 0; k < count; ++k)
     if (k >= from && k < to) owner_[order[k].second] = good ? static_cast<std::uint8_t>(lines_ + 1) : kDropped;
+  if (good && piece.length_m() < kLongest_m) {
+    // The middle third of its points against the outer ones.
+    double middle = 0, outer = 0, m = 0, o = 0;
+    for (std::size_t k = from; k < to; ++k) {
+      const LinePoint& p = points[order[k].second];
+      const double off = line.off(p.u_px, p.v_px);
+      const double at = (order[k].first - order[from].first) / std::max(1.0F, order[to - 1].first - order[from].first);
+      if (at > 0.3 && at < 0.7)
+        middle += off, m += 1;
+      else
+        outer += off, o += 1;
+    }
+    piece.is_bent = m > 0 && o > 0 && math::fabs(middle / m - outer / o) > kBend_px * picture.width() / 320;
+  }
   if (good) line_[lines_++] = piece;
   return true;
 }

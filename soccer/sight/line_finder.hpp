@@ -12,6 +12,7 @@ struct LinePiece {
   double u0_px = 0, v0_px = 0, u1_px = 0, v1_px = 0;
   GroundXy from, to;
   int points = 0;
+  bool is_bent = false;  // part of a circle: not among lines()
   double length_m() const { return math::hypot(to.x_m - from.x_m, to.y_m - from.y_m); }
 };
 
@@ -34,12 +35,18 @@ class LineFinder {
 
   std::span<const LinePiece> lines() const { return {line_.data(), lines_}; }
   const std::optional<CirclePiece>& circle() const { return circle_; }
-  /// Points that are of no line and of no circle; those of lines are 1 + the line's number, of the circle 255.
+  /// Points that are of no line and of no circle; those of lines are 1 + the line's number, of the circle
+  /// 255, of bent pieces 253.
   std::uint8_t owner(std::size_t point) const { return owner_[point]; }
 
  private:
   void find_circle(const Picture& picture, const GroundView& view, std::span<const LinePoint> points, double radius_m);
+  void circle_of_chords(const Picture& picture, const GroundView& view, std::span<const LinePoint> points,
+                        double radius_m);
   bool find_line(const Picture& picture, const GroundView& view, std::span<const LinePoint> points);
+  /// The share of these points that two straight lines hold.
+  template <class Use>
+  double two_lines_share(const Picture& picture, std::span<const LinePoint> points, const Use& use);
   std::uint32_t random(std::uint32_t below);
 
   std::uint32_t draw_ = 1;
