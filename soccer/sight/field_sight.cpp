@@ -74,7 +74,14 @@ void FieldSight::put_things(const GroundView& view, msg::SoccerSight& out) const
       if (out.posts < out.post.size()) out.post[out.posts++] = view.with_covariance(t.feet);
       continue;
     }
-    if (out.robots == out.robot.size()) continue;
+    // A ball before the carpet's edge comes down over it, too.
+    bool ball = false;
+    for (std::uint32_t i = 0; i < out.balls; ++i) {
+      const msg::SeenBall& b = out.ball[i];
+      ball = ball || (t.u0_px > b.u_px - 1.3 * b.radius_px && t.u1_px < b.u_px + 1.3 * b.radius_px &&
+                      math::fabs(t.foot_px - b.v_px) < 1.6 * b.radius_px);
+    }
+    if (ball || out.robots == out.robot.size()) continue;
     msg::SeenRobot& r = out.robot[out.robots++];
     const double x = t.feet.x_m - view.camera_m().x, y = t.feet.y_m - view.camera_m().y, d = math::hypot(x, y);
     const double on = d > 1e-6 ? kFootHalf_m / d : 0;

@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kPostWide_m = 0.1, kPostHigh_m = 1.2, kRobotHigh_m = 0.5;
 constexpr double kNearest_m = 0.25;  // nearer is the robot itself
-constexpr double kGap = 0.22;        // between a body and its legs, of the camera's height
+constexpr double kGap = 0.22;  // between a body and its legs, of the height of the camera over the body's lower edge
 constexpr int kMostColumns = 640;
 
 }  // namespace
@@ -33,7 +33,8 @@ void Uprights::find(const Picture& picture, const GroundView& view, const FieldB
       if (carpet > 2 * stride && c == Colour::white) break;
       carpet = 0, last = y, ++filled;
     }
-    foot[static_cast<std::size_t>(i)] = last - top >= 3 * stride && filled * 10 > (last - top) * 6 ? last : -1;
+    foot[static_cast<std::size_t>(i)] =
+        last - top >= 3 * stride && filled >= 3 * stride && filled * 10 > (last - top) * 3 ? last : -1;
   }
   find_posts(picture, view, border, {foot.data(), static_cast<std::size_t>(columns)}, pitch);
   // Neighbours whose feet are at about one distance.
@@ -70,23 +71,26 @@ void Uprights::find_posts(const Picture& picture, const GroundView& view, const 
     const PixelAt at = view.pixel(*feet);
     if (!(at.depth_m > 0)) return false;
     px_per_m = view.camera().fx_px / at.depth_m;
-    const int top = std::max(1, static_cast<int>(y0 - 0.9 * kPostHigh_m * px_per_m));
     const int away = std::max(3, static_cast<int>(0.8 * kPostWide_m * px_per_m + 2.5));
-    if (top > edge - 0.25 * px_per_m || x < away || x + away >= w) return false;
-    constexpr int kRows = 16, kEdge = 5;
-    int good = 0, coloured = 0;
-    for (int k = 0; k < kRows; ++k) {
-      const int y = y0 - 2 - (y0 - 2 - top) * k / (kRows - 1);
-      if (y < 0) return false;
-      const int in = picture.luma(x, y), left = picture.luma(x - away, y), right = picture.luma(x + away, y);
-      const Colour c = picture.at(x, y);
+    // What stands upright leans in the picture of a camera that looks down.
+    constexpr int kPlaces = 16, kLeast = 5, kEdge = 5;
+    int good = 0, coloured = 0, asked = 0, highest = y0;
+    for (int k = 0; k < kPlaces; ++k) {
+      const PixelAt up = view.pixel({feet->x_m, feet->y_m, kPostHigh_m * (0.03 + 0.87 * k / (kPlaces - 1))});
+      if (!(up.depth_m > 0) || up.v_px < 1) break;
+      const int px = static_cast<int>(up.u_px + 0.5), y = static_cast<int>(up.v_px + 0.5);
+      if (px < away || px + away >= w || y >= h) return false;
+      highest = std::min(highest, y);
+      const int in = picture.luma(px, y), left = picture.luma(px - away, y), right = picture.luma(px + away, y);
+      const Colour c = picture.at(px, y);
+      ++asked;
       coloured += c == Colour::blue || c == Colour::red || c == Colour::carpet;
       good += (in > left + kEdge && in > right + kEdge) || (in < left - kEdge && in < right - kEdge) ||
-              (c != Colour::carpet && picture.at(x - away, y) == Colour::carpet &&
-               picture.at(x + away, y) == Colour::carpet);
+              (c != Colour::carpet && picture.at(px - away, y) == Colour::carpet &&
+               picture.at(px + away, y) == Colour::carpet);
     }
-    share = static_cast<double>(good) / kRows;
-    return good * 10 >= kRows * 8 && coloured * 8 <= kRows;
+    share = static_cast<double>(good) / std::max(1, asked);
+    return asked >= kLeast && highest < edge - 0.25 * px_per_m && good * 10 >= asked * 8 && coloured * 8 <= asked;
   };
   const int columns = static_cast<int>(foot.size());
   for (int i = 0; i < columns; ++i) {
@@ -144,7 +148,7 @@ void Uprights::add(const Picture& picture, const GroundView& view, const FieldBo
   t.red = static_cast<double>(red) / all;
   // Most of a robot, and little of a line.
   const double coloured = static_cast<double>(body) / std::max(1, inside);
-  if (coloured < 0.4 || t.wide_m < 0.04 || foot - border.row_px(middle) < 4.0 * h / 240) return;
+  if (coloured < 0.4 || t.wide_m < 0.06 || foot - edge < 4.0 * h / 240) return;
   t.confidence = std::min(1.0, 0.4 + coloured * 0.6);
   // Legs and bodies of one robot: columns beside each other.
   for (std::size_t i = 0; i < count_; ++i) {
