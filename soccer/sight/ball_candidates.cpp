@@ -66,7 +66,7 @@ void BallCandidates::find(const Picture& picture, const GroundView& view, const 
   const double middle = 0.5 * (w - 1);
   for (double v = std::max(0.0, std::min(view.horizon_px(0), view.horizon_px(w - 1))); v < h + 20.0;) {
     const auto row_radius = view.ball_radius_px(middle, v, ball_radius_m);
-    const double step = row_radius ? std::max(1.0, 0.4 * *row_radius) : 1;
+    const double step = row_radius ? std::max(1.5, 0.5 * *row_radius) : 1;
     const double row = v;
     v += step;
     if (!row_radius || *row_radius < 0.7 * kSmallest_px) continue;
