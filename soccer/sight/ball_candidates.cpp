@@ -7,7 +7,7 @@ namespace {
 
 constexpr double kSmall_px = 4.5, kMiddle_px = 14;  // radii at which one size ends and the next begins
 constexpr double kSmallest_px = 2.8, kLeastStart = 0.34, kLeastFit = 0.4;
-constexpr double kLeastSize = 0.62, kMostSize = 1.6;  // of the expected radius
+constexpr double kSizeError = 0.1, kSizeErrorPerMetre = 0.08;  // of the expected radius
 
 Picture::Count box(const Picture& p, double u, double v, double half_u, double half_v) {
   // Rounded to the nearest; what is left of the picture is cut away, however it was rounded.
@@ -81,6 +81,8 @@ void BallCandidates::find(const Picture& picture, const GroundView& view, const 
       if (!expected || *expected < kSmallest_px) continue;
       BallCandidate c{u, row, *expected, *expected, fit_of(picture, u, row, *expected)};
       // Moved and resized until nothing near fits better.
+      // The farther away, the more the camera's tilt matters for the size.
+      const double most = 1 + kSizeError + kSizeErrorPerMetre * view.camera().fx_px * ball_radius_m / *expected;
       double move = 0.35 * c.radius_px, grow = 1.15;
       for (int round = 0; round < 6 && move > 0.4; ++round) {
         const BallCandidate from = c;
@@ -89,7 +91,7 @@ void BallCandidates::find(const Picture& picture, const GroundView& view, const 
           if (k < 2) t.u_px += k == 0 ? move : -move;
           if (k >= 2 && k < 4) t.v_px += k == 2 ? move : -move;
           if (k >= 4) t.radius_px = k == 4 ? t.radius_px * grow : t.radius_px / grow;
-          if (t.radius_px < kLeastSize * c.expected_px || t.radius_px > kMostSize * c.expected_px) continue;
+          if (t.radius_px * most < c.expected_px || t.radius_px > most * c.expected_px) continue;
           t.fit = fit_of(picture, t.u_px, t.v_px, t.radius_px);
           if (t.fit > c.fit + 1e-9) c = t;
         }
