@@ -101,7 +101,7 @@ TEST(Sight, TellsCornersApartAndWhereTheyPoint) {
   SightRig rig;
   const Field field;
   int found[5] = {};
-  for (double heading = -3; heading < 3.1; heading += 0.4)
+  for (double heading = -3; heading < 3.1; heading += 0.8)
     for (const FieldPoint at : {FieldPoint{-3, 1}, {2.9, -1.2}, {-2.8, -1.9}}) {
       const Painting p{.robot = {at.x_m, at.y_m, heading}, .look_down_rad = 0.5};
       const msg::SoccerSight* s = rig.look(p);
@@ -119,8 +119,8 @@ TEST(Sight, TellsCornersApartAndWhereTheyPoint) {
         ++found[static_cast<std::size_t>(m.kind)];
       }
     }
-  EXPECT_GT(found[0], 5);
-  EXPECT_GT(found[1], 5);
+  EXPECT_GT(found[0], 2);
+  EXPECT_GT(found[1], 2);
 }
 
 TEST(Sight, SeesCircleAndPenaltyMark) {
