@@ -149,7 +149,7 @@ void Uprights::add(const Picture& picture, const GroundView& view, const FieldBo
   // Most of a robot, and little of a line.
   const double coloured = static_cast<double>(body) / std::max(1, inside);
   if (coloured < 0.4 || t.wide_m < 0.06 || foot - edge < 4.0 * h / 240) return;
-  t.confidence = std::min(1.0, 0.4 + coloured * 0.6);
+  t.confidence = 0.15 + 0.45 * coloured;  // about half of such things are robots: docs/soccer-vision.md
   // Legs and bodies of one robot: columns beside each other.
   for (std::size_t i = 0; i < count_; ++i) {
     Thing& o = thing_[i];
