@@ -24,7 +24,8 @@ void FallDetector::step(const math::Vec3& up, const math::Vec3& rate_radps, doub
   }
 
   const bool lies = up.z < math::cos(params.lying_rad);
-  still_s_ = lies && norm(rate_) < params.rest_radps ? still_s_ + dt_s : 0;
+  rest_s_ = norm(rate_) < params.rest_radps ? rest_s_ + dt_s : 0;
+  still_s_ = lies && rest_s_ > 0 ? still_s_ + dt_s : 0;
 }
 
 FallWay lying(const math::Vec3& up) {

@@ -50,7 +50,7 @@ class FallDetector {
   /// State (kept_numbers.hpp).
   template <class Visit>
   void each_part(Visit&& visit) {
-    visit(rate_, forward_rad_, left_rad_, beyond_s_, told_s_, still_s_, way_);
+    visit(rate_, forward_rad_, left_rad_, beyond_s_, told_s_, still_s_, rest_s_, way_);
   }
   /// From the moment at which a fall was seen, until reset() or until it was taken back.
   FallWay way() const { return way_; }
@@ -58,13 +58,15 @@ class FallDetector {
   bool gives_way() const { return way_ != FallWay::none && told_s_ >= params.give_way_s; }
   /// It has fallen, and lies still.
   bool lies() const { return still_s_ >= params.rest_s; }
+  /// So long it has not moved, at whatever tilt.
+  double rests_s() const { return rest_s_; }
   /// tilt + rate / omega, forward and to the left: what is compared.
   double forward_rad() const { return forward_rad_; }
   double left_rad() const { return left_rad_; }
 
  private:
   math::Vec3 rate_;
-  double forward_rad_ = 0, left_rad_ = 0, beyond_s_ = 0, told_s_ = 0, still_s_ = 0;
+  double forward_rad_ = 0, left_rad_ = 0, beyond_s_ = 0, told_s_ = 0, still_s_ = 0, rest_s_ = 0;
   FallWay way_ = FallWay::none;
 };
 

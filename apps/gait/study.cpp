@@ -57,11 +57,22 @@ Json push_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, s
           {"seed", seed},   {"fell", r->fell},         {"fell_before", r->fell_before}};
 }
 
-Json rise_case(const StudyOptions&, const GaitSetup& setup, std::uint64_t n, std::string& why) {
-  const char* way = n % 2 == 0 ? "rise_front" : "rise_back";
-  const auto r = run_rise(setup, way, kUnseenSeeds + n / 2, why);
+Json rise_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, std::string& why) {
+  struct Way {
+    const char* name;
+    motion::FallWay lies_on;
+  };
+  static constexpr Way kWays[] = {{"front", motion::FallWay::front},
+                                  {"back", motion::FallWay::back},
+                                  {"left side", motion::FallWay::left},
+                                  {"right side", motion::FallWay::right}};
+  const Way& way = kWays[n % 4];
+  const std::uint64_t seed = o.first_seed + n / 4;
+  const auto r = run_rise(setup, way.lies_on, seed, why);
   if (!r) return {};
-  return {{"kind", "rise"}, {"group", way}, {"seed", kUnseenSeeds + n / 2}, {"stood", r->stood}, {"time_s", r->time_s}};
+  return {{"kind", "rise"},       {"group", way.name}, {"limit_s", most_rise_s(way.lies_on)},
+          {"seed", seed},         {"stood", r->stood}, {"time_s", r->time_s},
+          {"motions", r->motions}};
 }
 
 Json fall_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, std::string& why) {
@@ -142,7 +153,7 @@ std::uint64_t cases_of(const StudyOptions& o) {
     case Kind::push:
       return o.runs * 4 * o.push_mps.size();
     case Kind::rise:
-      return o.runs * 2;
+      return o.runs * 4;
     case Kind::fall:
     case Kind::kick:
     case Kind::stop:
@@ -179,6 +190,7 @@ Json identity(const StudyOptions& o) {
     out["first_seed"] = o.first_seed;
     for (const Course course : o.courses) out["courses"].push_back(to_string(course));
   }
+  if (o.kind == Kind::rise) out["first_seed"] = o.first_seed;
   if (o.kind == Kind::push) out["push_mps"] = o.push_mps;
   if (o.kind == Kind::fall) out["fall_mps"] = o.fall_mps;
   if (o.kind == Kind::stop) {

@@ -93,17 +93,18 @@ std::string push_table(const StudyOptions& o, const std::vector<Json>& cases) {
 }
 
 std::string rise_table(const std::vector<Json>& cases) {
-  Rows rows{{"from", "stood in 5 s", "median s", "slowest s"}};
+  Rows rows{{"from its", "within s", "stood", "median s", "slowest s", "most motions"}};
   const Groups groups(cases);
   for (const std::string& name : groups.order) {
     std::vector<Json> good;
     for (const Json& c : groups.of.at(name))
       if (flag(c, "stood")) good.push_back(c);
     const sweep::Quantiles time = spread(good, "time_s");
-    rows.push_back({name, of(good.size(), groups.of.at(name).size()), fmt::format("{:.2f}", time.at(0.5)),
-                    fmt::format("{:.2f}", time.most())});
+    rows.push_back({name, fmt::format("{:.0f}", number(groups.of.at(name).front(), "limit_s")),
+                    of(good.size(), groups.of.at(name).size()), fmt::format("{:.2f}", time.at(0.5)),
+                    fmt::format("{:.2f}", time.most()), fmt::format("{:.0f}", spread(good, "motions").most())});
   }
-  return sweep::table_text(rows, "<>>>");
+  return sweep::table_text(rows, "<>>>>>");
 }
 
 std::string fall_table(const std::vector<Json>& cases) {

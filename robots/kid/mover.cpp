@@ -10,6 +10,7 @@ namespace sinew::kid {
 
 using namespace std::chrono_literals;
 using kinematics::kLimbs;
+using motion::PoseMotion;
 using msg::BallMotion;
 using msg::GaitMode;
 using msg::RequestProgress;
@@ -20,6 +21,7 @@ namespace {
 constexpr double kMostJoint_rad = 7, kMostGyro_radps = 50, kMostAccel_mps2 = 200, kMostCell_n = 2000;
 constexpr double kUpright = 0.9, kUprightS = 1;  // of a body that did not fall after all
 constexpr double kLieS = 0.3;                    // it lies still before it rises
+constexpr double kLeanS = 1.2;                   // it leans on its limbs, and does not come to lie
 
 motion::Side side_of(msg::Foot foot) { return foot == msg::Foot::left ? motion::Side::left : motion::Side::right; }
 motion::KickWay way_of(BallMotion motion) {
@@ -89,11 +91,7 @@ hal::Status Mover::configure(rt::Setup& setup) {
   walk_ = std::make_unique<motion::Walk>(*figure_, std::span(robot_.motions->rest_rad).first(joints));
   kick_ = std::make_unique<motion::Kick>(*figure_, walk_params_, std::span(robot_.motions->rest_rad).first(joints));
   stop_ = std::make_unique<motion::BallStop>(*figure_, walk_params_, std::span(robot_.motions->rest_rad).first(joints));
-  for (std::size_t i = 0; i < kPoseMotions; ++i) pose_motions_[i] = robot_.motions->find(kPoseMotionNames[i]);
-  if (const auto* rise_back = pose_motions_[static_cast<std::size_t>(PoseMotion::rise_back)]) {
-    mirrored_ = motion::mirrored(*rise_back, body);
-    pose_motions_[static_cast<std::size_t>(PoseMotion::rise_back_mirrored)] = &mirrored_;
-  }
+  pose_motions_.emplace(*robot_.motions, body);
   rad_.assign(joints, 0);
   targets_.assign(joints, 0);
   if (const kinematics::Place* imu = body.find_place("imu")) q_torso_imu_ = imu->pose.q;
@@ -112,7 +110,7 @@ void Mover::reset() {
   since_ = {};
   mode_ = GaitMode::limp;
   falls_ = 0;
-  plays_ = PoseMotion::rise_front;
+  plays_ = PoseMotion::none;
   height_m_ = 0;
   request_ = {};
   progress_ = RequestProgress::none;
@@ -122,7 +120,7 @@ void Mover::reset() {
 
 void Mover::enter(GaitMode mode, rt::Time now) noexcept {
   if (mode_ == mode) return;
-  if (mode == GaitMode::fall) ++falls_;
+  if (mode == GaitMode::fall && msg::on_its_feet(mode_)) ++falls_;  // not when it has not come up yet
   mode_ = mode;
   since_ = now;
 }
@@ -245,23 +243,19 @@ void Mover::follow_request() noexcept {
 
 /// From where the joints are.
 bool Mover::play(PoseMotion motion) noexcept {
-  const std::vector<motion::KeyPose>* poses = pose_motions_[static_cast<std::size_t>(motion)];
+  const std::vector<motion::KeyPose>* poses = pose_motions_->poses(motion);
   if (!poses) return false;
   plays_ = motion;
   poses_.start(*poses, rad_);
   return true;
 }
 
-/// A body at rest on the ground rises; one that comes to lie on its side waits until somebody turns it.
+/// A body at rest on the ground rises; from its side it turns onto its front first, and one that
+/// leans on its own limbs stretches them.
 void Mover::get_up(const rt::Step& step) noexcept {
   const math::Vec3 up = walk_->tilt.up();
   if (mode_ != GaitMode::rise) {
-    const motion::FallWay lies_on = motion::lying(up);
-    if (lies_on != motion::FallWay::front && lies_on != motion::FallWay::back) return;
-    // Where one side is blocked the next try goes over the other one.
-    const PoseMotion from_back =
-        plays_ == PoseMotion::rise_back ? PoseMotion::rise_back_mirrored : PoseMotion::rise_back;
-    if (!play(lies_on == motion::FallWay::front ? PoseMotion::rise_front : from_back)) return;
+    if (!play(pose_motions_->rise_from(motion::lying(up), plays_))) return;
     enter(GaitMode::rise, step.now);
   }
   poses_.step(up, msg::seconds(step.dt), targets_);
@@ -315,7 +309,7 @@ void Mover::move(const rt::Step& step) noexcept {
     if (stands && asks_to_land() && msg::seconds(step.now - since_) > walk_params_.settle_s) get_down(step);
     return;
   }
-  if (mode_ == GaitMode::fall && fall_.lies()) enter(GaitMode::lie, step.now);
+  if (mode_ == GaitMode::fall && (fall_.lies() || fall_.rests_s() > kLeanS)) enter(GaitMode::lie, step.now);
   if (mode_ == GaitMode::lie && msg::seconds(step.now - since_) > kLieS) get_up(step);
   if (walk_->tilt.up().z > kUpright && msg::seconds(step.now - since_) > kUprightS) enter(GaitMode::limp, step.now);
 }
@@ -335,7 +329,7 @@ void Mover::read_motions() noexcept {
   in = in.subspan(motion::read_numbers(poses_, in));
   in = in.subspan(motion::read_numbers(*kick_, in));
   motion::read_numbers(*stop_, in);
-  poses_.resume(pose_motions_[static_cast<std::size_t>(plays_)]);
+  poses_.resume(pose_motions_->poses(plays_));
 }
 
 rt::StepStatus Mover::step(const rt::Step& step) noexcept {
@@ -344,7 +338,7 @@ rt::StepStatus Mover::step(const rt::Step& step) noexcept {
   for (const double rad : rad_)
     if (!within(rad, kMostJoint_rad)) return rt::StepStatus::fault;
   const bool balances = sense_balance(step.now);
-  const bool can_get_down = pose_motions_[static_cast<std::size_t>(PoseMotion::get_down)] != nullptr;
+  const bool can_get_down = pose_motions_->has(PoseMotion::get_down);
   if (!balances && !(can_get_down && (msg::on_its_feet(mode_) || mode_ == GaitMode::down)))
     return rt::StepStatus::stale;
   read_motions();

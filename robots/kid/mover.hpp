@@ -7,6 +7,7 @@
 #include "motion/fall.hpp"
 #include "motion/kick.hpp"
 #include "motion/motion_book.hpp"
+#include "motion/pose_motions.hpp"
 #include "motion/walk.hpp"
 #include "msg/actuators.hpp"
 #include "msg/gait.hpp"
@@ -20,14 +21,8 @@
 
 namespace sinew::kid {
 
-/// Motions that are poses, by the names that the motion file gives them; the last one is rise_back with left and right
-/// exchanged, for a body that rolls over one side and meets something there.
-enum class PoseMotion : std::uint8_t { rise_front, rise_back, get_down, rise_back_mirrored };
-inline constexpr std::size_t kPoseMotions = 3;  // of the motion file
-inline constexpr std::array<const char*, kPoseMotions> kPoseMotionNames{"rise_front", "rise_back", "get_down"};
-
 /// Stands, walks where it is told to, gives way when it falls, and rises again where the motion file says how
-/// ("rise_front", "rise_back"): from what the body measures to angles of all joints (docs/walking.md). Without
+/// (motion/pose_motions.hpp): from what the body measures to angles of all joints (docs/walking.md). Without
 /// `velocity`, or without a fresh one, it stands. With `safety` bound it moves only when the guardian permits it; a
 /// failsafe that asks to land makes it stop, stand, and get down ("get_down") to where it needs no torque. A
 /// KickRequest makes it kick, within a step or from a stand, or stop a ball that rolls towards it; it takes one at a
@@ -56,7 +51,7 @@ class Mover final : public rt::Module {
   void get_up(const rt::Step& step) noexcept;
   void get_down(const rt::Step& step) noexcept;
   /// False: the motion file has no such motion.
-  bool play(PoseMotion motion) noexcept;
+  bool play(motion::PoseMotion motion) noexcept;
   void enter(msg::GaitMode mode, rt::Time now) noexcept;
   // What is asked for at a ball:
   void take_requests() noexcept;
@@ -79,9 +74,7 @@ class Mover final : public rt::Module {
   std::unique_ptr<motion::BallStop> stop_;
   motion::FallDetector fall_;
   motion::PosePlayer poses_;
-  // Null: the motion file has none.
-  std::array<const std::vector<motion::KeyPose>*, kPoseMotions + 1> pose_motions_{};
-  std::vector<motion::KeyPose> mirrored_;
+  std::optional<motion::PoseMotions> pose_motions_;  // none before configure()
   motion::WalkParams walk_params_;
   motion::FallParams fall_params_;
   motion::KickParams kick_params_;
@@ -110,7 +103,7 @@ class Mover final : public rt::Module {
   rt::Time since_{};
   msg::GaitMode mode_ = msg::GaitMode::limp;
   std::uint32_t falls_ = 0;
-  PoseMotion plays_ = PoseMotion::rise_front;  // or played last
+  motion::PoseMotion plays_ = motion::PoseMotion::none;  // or played last
   double height_m_ = 0;
   msg::KickRequest request_;  // taken last
   msg::RequestProgress progress_ = msg::RequestProgress::none;

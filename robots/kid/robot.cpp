@@ -5,6 +5,7 @@
 #include "robots/kid/kick_plan.hpp"
 #include "robots/kid/mover.hpp"
 #include "robots/robot_kind.hpp"
+#include "soccer/sight/sight.hpp"
 
 namespace sinew::robots {
 namespace {
@@ -15,6 +16,7 @@ void add_kid_modules(rt::ModuleTypes& types) {
   types.add<kid::Gaze>("kid::Gaze");
   types.add<kid::FigureWalk>("kid::FigureWalk");
   types.add<kid::KickPlan>("kid::KickPlan");
+  types.add<soccer::Sight>("soccer::Sight");
 }
 
 constexpr BodyModule kKidModules[] = {

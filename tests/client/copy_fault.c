@@ -3,7 +3,7 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "sinew_client.h"
+#include "client/sinew_client.h"
 
 int sinew_copy(const sinew_robot* robot, const sinew_message* message, void* into, size_t bytes) {
   int (*copy)(const sinew_robot*, const sinew_message*, void*, size_t);

@@ -23,7 +23,7 @@ for _ in {1..200}; do
   [[ -e $folder/run/ball.sock ]] && break
   sleep 0.1
 done
-cc -Wall -Werror -shared -fPIC "-I$root/client" -o "$folder/copy_fault.so" "$root/tests/client/copy_fault.c"
+cc -Wall -Werror -shared -fPIC "-I$root" -o "$folder/copy_fault.so" "$root/tests/client/copy_fault.c"
 SINEW_RUN_DIR=$folder/run LD_PRELOAD=$folder/copy_fault.so "${octave[@]}" "$root/tests/client/mex_test.m"
 python3 -B "$root/tests/client/steer_test.py" "$build/bin/sinew" "$build/bin/libsinew_client.so.1" "$root" "${octave[@]}" steer.m
 python3 -B "$root/tests/client/emd_test.py" "$build/bin/sinew" "$build/bin/libsinew_client.so.1" "$root" "${octave[@]}" emd.m

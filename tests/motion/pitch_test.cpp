@@ -92,12 +92,13 @@ TEST(MotionsOnThePitch, AWalkingRobotKnowsWhereItsCameraWasAtTheExposure) {
   EXPECT_LT(math::sqrt(height2 / count), 0.006);
 }
 
-TEST(MotionsOnThePitch, ItRisesFromItsFrontAndFromItsBack) {
-  for (const char* motion : {"rise_front", "rise_back"}) {
+TEST(MotionsOnThePitch, ItRisesHoweverItLies) {
+  using motion::FallWay;
+  for (const FallWay lies_on : {FallWay::front, FallWay::back, FallWay::left, FallWay::right}) {
     std::string why;
-    const auto r = run_rise(op3_setup(), motion, 900'031, why);
+    const auto r = run_rise(op3_setup(), lies_on, 900'031, why);
     ASSERT_TRUE(r) << why;
-    EXPECT_TRUE(r->stood) << motion;
+    EXPECT_TRUE(r->stood) << static_cast<int>(lies_on);
   }
 }
 

@@ -286,8 +286,7 @@ std::vector<SoccerRobot> soccer_robots_of(const WorldChoice& choice) {
     start.x_m = info.value(values, "start_x_m").value_or(i < 4 ? -1 : 1);
     start.y_m = info.value(values, "start_y_m").value_or(kBeside_m[i % 4]);
     start.heading_rad = value("start_heading_deg") * math::kPi / 180;
-    if (value("start_lie") == 1) start.lie = PitchPlace::Lie::on_front;
-    if (value("start_lie") == 2) start.lie = PitchPlace::Lie::on_back;
+    start.lie = static_cast<PitchPlace::Lie>(static_cast<int>(value("start_lie")));
     const double from = value("push_from_deg") * math::kPi / 180;
     robot.push_ns = {value("push_ns") * math::cos(from), value("push_ns") * math::sin(from), 0};
   }
