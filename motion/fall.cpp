@@ -15,7 +15,13 @@ void FallDetector::step(const math::Vec3& up, const math::Vec3& rate_radps, doub
   if (left > 0 && left_rad_ > params.roll_rad) way = FallWay::left;
   if (left < 0 && left_rad_ < -params.roll_rad) way = FallWay::right;
   beyond_s_ = way == FallWay::none ? 0 : beyond_s_ + dt_s;
-  if (way_ == FallWay::none && beyond_s_ > params.hold_s) way_ = way;
+  if (way_ != FallWay::none && !gives_way()) {
+    told_s_ += dt_s;
+    if (way == FallWay::none) way_ = FallWay::none;
+  } else if (way_ == FallWay::none && beyond_s_ > params.hold_s) {
+    way_ = way;
+    told_s_ = 0;
+  }
 
   const bool lies = up.z < math::cos(params.lying_rad);
   rest_s_ = norm(rate_) < params.rest_radps ? rest_s_ + dt_s : 0;

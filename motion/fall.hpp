@@ -12,6 +12,7 @@ struct FallParams {
   double pitch_front_rad = 0.75, pitch_back_rad = 0.65, roll_rad = 0.6;
   double smooth_s = 0.01;
   double hold_s = 0.02;
+  double give_way_s = 0;
   double relax_share = 0.25;
   double lying_rad = 1.0, rest_radps = 0.3, rest_s = 0.4;
 };
@@ -23,6 +24,8 @@ inline constexpr Param<FallParams> kFallParams[] = {
     {"roll_rad", &FallParams::roll_rad, "rad", 0.2, 1.5, "the same to a side"},
     {"smooth_s", &FallParams::smooth_s, "s", 0, 0.1, "low pass of the rate"},
     {"hold_s", &FallParams::hold_s, "s", 0, 0.2, "how long it has to be so"},
+    {"give_way_s", &FallParams::give_way_s, "s", 0, 0.5,
+     "from then until the joints give way, which lets the body hit the ground sooner"},
     {"relax_share", &FallParams::relax_share, "1", 0, 1, "of the servos' torque, from then until the body lies"},
     {"lying_rad", &FallParams::lying_rad, "rad", 0.5, 1.5, "tilt of a body that lies"},
     {"rest_radps", &FallParams::rest_radps, "rad/s", 0.05, 2, "a body that turns slower has come to rest"},
@@ -30,7 +33,8 @@ inline constexpr Param<FallParams> kFallParams[] = {
 };
 
 /// Tells a fall that cannot be helped any more from a sway: a body that tilts as a pendulum on its feet's edge comes
-/// to rest where tilt + rate / omega says, so beyond some angle it goes on falling.
+/// to rest where tilt + rate / omega says, so beyond some angle it goes on falling. What was told is taken back when it
+/// is so no more before the joints gave way.
 /// Frames:  tilt and rate in torso axes. Thread:  owner.   RT: yes.
 class FallDetector {
  public:
@@ -46,10 +50,12 @@ class FallDetector {
   /// State (kept_numbers.hpp).
   template <class Visit>
   void each_part(Visit&& visit) {
-    visit(rate_, forward_rad_, left_rad_, beyond_s_, still_s_, rest_s_, way_);
+    visit(rate_, forward_rad_, left_rad_, beyond_s_, told_s_, still_s_, rest_s_, way_);
   }
-  /// From the moment at which a fall was seen until reset().
+  /// From the moment at which a fall was seen, until reset() or until it was taken back.
   FallWay way() const { return way_; }
+  /// The joints are to give way: from give_way_s after that moment until reset().
+  bool gives_way() const { return way_ != FallWay::none && told_s_ >= params.give_way_s; }
   /// It has fallen, and lies still.
   bool lies() const { return still_s_ >= params.rest_s; }
   /// So long it has not moved, at whatever tilt.
@@ -60,7 +66,7 @@ class FallDetector {
 
  private:
   math::Vec3 rate_;
-  double forward_rad_ = 0, left_rad_ = 0, beyond_s_ = 0, still_s_ = 0, rest_s_ = 0;
+  double forward_rad_ = 0, left_rad_ = 0, beyond_s_ = 0, told_s_ = 0, still_s_ = 0, rest_s_ = 0;
   FallWay way_ = FallWay::none;
 };
 

@@ -34,9 +34,11 @@ constexpr double kPatience_s = 3600;  // after which a case counts as hanging
 struct Options {
   std::string body = "robots/kid/op3.toml", motions, results, out, numbers;
   std::vector<std::string> courses;  // none: all
+  std::vector<std::string> poses;    // that are searched; none: all
+  double range_deg = 30;
   StudyOptions study;
   SearchOptions search;
-  double no_load_radps = math::kNan, range_rad = 0.7;
+  double no_load_radps = math::kNan;
   unsigned jobs = 0;
   GaitSetup setup;
   std::string texts;  // of both files: results belong to them
@@ -129,18 +131,18 @@ bool evaluate(const Options& o, const std::vector<GaitSetup>& setups, std::uint6
 int search(Options& o) {
   if (!load(o)) return kNotBegun;
   std::string why;
-  if (!o.search.motion.empty()) {
-    o.search.numbers = pose_numbers(o.setup, o.search.motion, o.range_rad);
-    if (o.search.numbers.empty()) return fail(o.motions + ": it has no motion " + o.search.motion);
-  } else {
-    o.search.numbers = o.numbers.empty() ? standard_numbers() : parse_searched(o.numbers, why);
-  }
+  if (!o.numbers.empty())
+    o.search.numbers = parse_searched(o.setup, o.search.motion, o.numbers, why);
+  else if (!o.search.motion.empty())
+    o.search.numbers = numbers_of_motion(o.setup, o.search.motion, o.poses, o.range_deg, why);
+  else
+    o.search.numbers = standard_numbers();
   if (!why.empty()) return fail(why);
   static_cast<void>(hal::stop_requested());
-  CmaEs cma(start_of(o.setup, o.search.numbers), o.search.sigma, o.search.seed, o.search.samples);
+  CmaEs cma(start_of(o.setup, o.search), o.search.sigma, o.search.seed, o.search.samples);
   for (std::uint64_t g = 0; g < o.search.generations; ++g) {
     std::vector<double> costs;
-    if (!evaluate(o, setups_of(o.setup, o.search.numbers, cma.ask()), o.search.first_generation + g, costs, why))
+    if (!evaluate(o, setups_of(o.setup, o.search, cma.ask()), o.search.first_generation + g, costs, why))
       return why.empty() ? kNot : fail(why);
     cma.tell(costs);
     double least = math::kInf, total = 0;
@@ -149,7 +151,7 @@ int search(Options& o) {
                 total / static_cast<double>(costs.size()), cma.sigma());
     std::fflush(stdout);
     const std::vector<double> mean(cma.mean().begin(), cma.mean().end());
-    const GaitSetup found = setups_of(o.setup, o.search.numbers, {mean}).front();
+    const GaitSetup found = setups_of(o.setup, o.search, {mean}).front();
     std::ofstream out(o.out, std::ios::binary);
     out << app::motions_text(found.book, found.body,
                              fmt::format("# Found by sinew-gait search: seed {}, generation {} of {}, from {}.\n",
@@ -211,25 +213,17 @@ int main(int argc, char** argv) {
           ->delimiter(',')
           ->check(app::number(0, 5));
   }
-  CLI::App& find = *options.add_subcommand("search", "for the numbers of a walk, by covariance adaptation over seeds");
+  CLI::App& find = *options.add_subcommand(
+      "search", "for the numbers of a walk or the poses of a motion, by covariance adaptation over seeds");
   add_files(find, o);
   find.add_option("out", o.out, "the motion file that is written after each generation")->required();
-  find.add_option("--numbers", o.numbers, "NAME:LEAST:MOST,...; without it: the standard ones");
-  const std::map<std::string, motion::FallWay> ways{{"front", motion::FallWay::front},
-                                                    {"back", motion::FallWay::back},
-                                                    {"left", motion::FallWay::left},
-                                                    {"right", motion::FallWay::right}};
+  find.add_option("--numbers", o.numbers,
+                  "NAME:LEAST:MOST,...; without it: the standard ones; with --motion POSE/JOINT or POSE/duration_s");
   find.add_option("--motion", o.search.motion,
-                  "in place of the walk: the poses of this motion, which turns a body over");
-  find.add_option("--lies", o.search.lies_on, "on which side it lies before: front, back, left, right")
-      ->transform(CLI::CheckedTransformer(ways))
-      ->needs("--motion");
-  find.add_option("--ends", o.search.ends_on, "and after: front or back")
-      ->transform(CLI::CheckedTransformer(ways))
-      ->needs("--motion");
-  find.add_option("--range", o.range_rad, "of each joint around what it is in the file, rad")
-      ->check(app::number(0.01, 3))
-      ->needs("--motion")
+                  "searches the poses of this motion: rise_front, rise_back, turn_from_left, get_down");
+  find.add_option("--poses", o.poses, "with --motion: these only")->delimiter(',');
+  find.add_option("--range", o.range_deg, "with --motion: how far to both sides of each angle, degrees")
+      ->check(app::number(1, 180))
       ->capture_default_str();
   find.add_option("--seed", o.search.seed, "of the search")->check(app::whole(1, 1'000'000))->capture_default_str();
   find.add_option("--generations", o.search.generations, "how many")
@@ -239,7 +233,7 @@ int main(int argc, char** argv) {
       ->check(app::whole(0, 4'000))
       ->capture_default_str();
   find.add_option("--samples", o.search.samples, "of a generation")->check(app::whole(4, 1'000))->capture_default_str();
-  find.add_option("--runs", o.search.runs, "of a sample; courses in turn")
+  find.add_option("--runs", o.search.runs, "of a sample; of a walk the courses in turn")
       ->check(app::whole(1, 99))
       ->capture_default_str();
   find.add_option("--seconds", o.search.lasts_s, "of a run")->check(app::number(1, 600))->capture_default_str();

@@ -71,7 +71,7 @@ std::optional<PushResult> run_push(const GaitSetup& setup, const PushTrial& tria
   const double push_s = kWalkBeforePush_s + random.uniform(0, 2 * setup.book.walk.period_s);
   PushResult out;
   double seen_s = -1, hit_s = -1;
-  bool pushed = false;
+  bool pushed = false, gave_way = false;
   for (int tick = 0;; ++tick) {
     const double t_s = tick * kControl_s - kBeforePush_s;
     if (t_s > push_s + kAfterPush_s || (hit_s >= 0 && t_s > hit_s + kImpact_s)) break;
@@ -86,12 +86,12 @@ std::optional<PushResult> run_push(const GaitSetup& setup, const PushTrial& tria
     const motion::WalkCommand command{.forward_mps = trial.forward_mps, .walk = t_s >= 0};
     walk.step(command, sensed, kControl_s, rig->targets());
     detector.step(walk.q_world_torso().conjugate().rotate({0, 0, 1}), walk.tilt.rate_radps(), kControl_s);
-    if (detector.way() != motion::FallWay::none && seen_s < 0) {
-      seen_s = t_s;
-      if (trial.react) {
-        for (std::size_t j = 0; j < rig->figure().joints(); ++j) rig->pitch().limit(0, j, setup.book.fall.relax_share);
-        if (const auto* poses = setup.book.find(fall_motion(detector.way()))) player.start(*poses, sensed.joints_rad);
-      }
+    if (detector.way() == motion::FallWay::none) seen_s = -1;  // not yet, or taken back
+    if (detector.way() != motion::FallWay::none && seen_s < 0) seen_s = t_s;
+    if (trial.react && detector.gives_way() && !gave_way) {
+      gave_way = true;
+      for (std::size_t j = 0; j < rig->figure().joints(); ++j) rig->pitch().limit(0, j, setup.book.fall.relax_share);
+      if (const auto* poses = setup.book.find(fall_motion(detector.way()))) player.start(*poses, sensed.joints_rad);
     }
     player.step(walk.tilt.up(), kControl_s, rig->targets());
     rig->pitch().command(0, rig->targets());
@@ -108,6 +108,7 @@ std::optional<PushResult> run_push(const GaitSetup& setup, const PushTrial& tria
   out.fell = hit_s >= 0;
   out.fell_before = hit_s >= 0 && hit_s < push_s;
   out.seen = seen_s >= 0;
+  out.hit_after_s = out.fell ? hit_s - push_s : 0;
   out.ahead_s = out.fell && out.seen ? hit_s - seen_s : 0;
   return out;
 }

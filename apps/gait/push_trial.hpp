@@ -20,7 +20,8 @@ struct PushResult {
   bool fell = false;         // something other than its soles touched the ground, or it tilted by 60 degrees
   bool fell_before = false;  // already before the push: it says nothing about it
   bool seen = false;         // the detector told a fall
-  double ahead_s = 0;        // so long before the ground was hit
+  double ahead_s = 0;        // so long before the ground was hit; what was taken back does not count
+  double hit_after_s = 0;    // so long after the push began
   double impact_nms = 0;     // of all leg and arm joints, the largest change of the rotor's angular momentum at the
                              // joint within 10 ms, in the half second from the blow on
   double gear_nm = 0;        // the largest torque that a rotor's inertia and its motor put on a gear then

@@ -6,6 +6,7 @@
 #include <charconv>
 #include <string_view>
 
+#include "apps/gait/down_trial.hpp"
 #include "apps/gait/rise_trial.hpp"
 #include "apps/gait/walk_trial.hpp"
 #include "math/random.hpp"
@@ -13,7 +14,75 @@
 namespace sinew::gait {
 namespace {
 
+using motion::KeyPose;
+using motion::MotionBook;
 using motion::WalkParams;
+
+constexpr double kDegree = math::kPi / 180;
+constexpr double kLeastPose_s = 0.1, kMostPose_s = 3;
+constexpr const char* kTurn = "turn_from_left";
+constexpr double kCostPerS = 0.05;
+constexpr double kBadBlow_mps2 = 200;  // of a robot that falls over where it stands
+
+/// A number of a book, which may be at several places.
+struct Places {
+  std::vector<double*> at{};
+  double unit = 1;  // of the file, in the book's
+  double least = 0, most = 0;
+};
+
+/// Does `name`, with or without its side, mean this joint?
+bool means(const std::string& name, const std::string& joint) {
+  return joint == name || ((joint.starts_with("l_") || joint.starts_with("r_")) && joint.substr(2) == name);
+}
+
+void find_joint(std::vector<KeyPose>& poses, std::size_t pose, const std::string& name, const kinematics::Body& body,
+                Places& out) {
+  for (std::size_t j = 0; j < body.joints(); ++j) {
+    const kinematics::Link& link = body.links[j + 1];
+    if (!means(name, link.name)) continue;
+    const double was = poses[pose].rad[j];
+    for (std::size_t p = pose; p < poses.size() && poses[p].rad[j] == was; ++p) out.at.push_back(&poses[p].rad[j]);
+    out.least = link.least_rad / kDegree;
+    out.most = link.most_rad / kDegree;
+  }
+  out.unit = kDegree;
+}
+
+/// Without places: there is no such number.
+Places find(MotionBook& book, const kinematics::Body& body, const std::string& motion, const std::string& name) {
+  Places out;
+  if (motion.empty()) {
+    if (const auto* row = motion::find_param<WalkParams>(motion::kWalkParams, name))
+      out = {{&(book.walk.*row->value)}, 1, row->least, row->most};
+    return out;
+  }
+  const std::size_t slash = name.find('/');
+  const auto found = book.poses.find(motion);
+  if (slash == name.npos || found == book.poses.end()) return out;
+  std::vector<KeyPose>& poses = found->second;
+  const auto pose = std::ranges::find(poses, name.substr(0, slash), &KeyPose::name);
+  if (pose == poses.end()) return out;
+  const std::string what = name.substr(slash + 1);
+  if (what == "duration_s") return {{&pose->duration_s}, 1, 0, 10};
+  find_joint(poses, static_cast<std::size_t>(pose - poses.begin()), what, body, out);
+  return out;
+}
+
+/// Of a joint that this pose moves; empty: of one that it does not, or of the right one of two that do the same.
+std::string moved_joint(const std::vector<KeyPose>& poses, std::size_t pose, std::size_t j,
+                        const motion::JointAngles& rest_rad, const kinematics::Body& body) {
+  const motion::JointAngles& before = pose == 0 ? rest_rad : poses[pose - 1].rad;
+  const motion::JointAngles& now = poses[pose].rad;
+  const std::string& name = body.links[j + 1].name;
+  const auto moves = [&](std::size_t joint) { return now[joint] != before[joint]; };
+  if (!name.starts_with("l_") && !name.starts_with("r_")) return moves(j) ? name : "";
+  const auto twin = body.find_link((name[0] == 'l' ? "r_" : "l_") + name.substr(2));
+  const bool same = twin && now[*twin - 1] == now[j] && before[*twin - 1] == before[j];
+  if (!moves(j)) return {};
+  if (!same) return name;
+  return name[0] == 'l' ? name.substr(2) : std::string{};
+}
 
 /// By how much a speed was missed, as a part of the largest.
 double missed(double got, double wanted, double most) {
@@ -28,36 +97,6 @@ double cost_of_run(const WalkResult& r, Course course, double lasts_s, const Wal
              missed(r.left_mps, r.wanted_left_mps, walk.most_side_mps) +
              missed(r.turn_radps, r.wanted_turn_radps, walk.most_turn_radps);
   return 0.3 * speeds + 0.1 * r.tilt_rad + 0.15 * r.step_error_m / std::max(0.02, r.step_m);
-}
-
-constexpr double kCostPerS = 0.05, kLeast_s = 0.1, kMost_s = 0.8;
-constexpr std::string_view kDuration = "duration_s";
-
-/// The number of this name in the setup. Names are from standard_numbers(), parse_searched() or pose_numbers().
-double& number_of(GaitSetup& setup, const std::string& name) {
-  const std::size_t a = name.find('/');
-  if (a == name.npos) return setup.book.walk.*motion::find_param<WalkParams>(motion::kWalkParams, name)->value;
-  const std::size_t b = name.find('/', a + 1);
-  std::size_t pose = 0;
-  std::from_chars(name.data() + a + 1, name.data() + b, pose);
-  motion::KeyPose& at = setup.book.poses.at(name.substr(0, a)).at(pose);
-  const std::string what = name.substr(b + 1);
-  if (what == kDuration) return at.duration_s;
-  return at.rad.at(setup.body.find_link(what).value() - 1);
-}
-
-double cost_of_motion(const GaitSetup& setup, const SearchOptions& o, std::uint64_t generation, std::string& why) {
-  double total = 0;
-  std::uint64_t counted = 0;
-  for (std::uint64_t i = 0; i < o.runs; ++i) {
-    const auto r = run_turn(setup, o.motion, o.lies_on, 1000 + 100 * generation + i, why);
-    if (!r) return math::kInf;
-    if (!r->lay) continue;
-    ++counted;
-    const double there = o.ends_on == motion::FallWay::front ? -r->up.x : r->up.x;
-    total += (1 - there) / 2 + kCostPerS * r->lasts_s;
-  }
-  return counted > 0 ? total / static_cast<double>(counted) : 0;
 }
 
 bool parse_number(std::string_view text, double& out) {
@@ -78,7 +117,38 @@ std::vector<Searched> standard_numbers() {
           {"cop_most_x_m", 0.01, 0.06}};
 }
 
-std::vector<Searched> parse_searched(const std::string& text, std::string& why) {
+std::vector<Searched> numbers_of_motion(const GaitSetup& setup, const std::string& motion,
+                                        const std::vector<std::string>& only, double range_deg, std::string& why) {
+  const std::vector<KeyPose>* poses = setup.book.find(motion);
+  if (poses == nullptr) {
+    why = "the motion file has no motion " + motion;
+    return {};
+  }
+  for (const std::string& name : only)
+    if (std::ranges::find(*poses, name, &KeyPose::name) == poses->end()) {
+      why = fmt::format("{} has no pose \"{}\"", motion, name);
+      return {};
+    }
+  std::vector<Searched> out;
+  for (std::size_t p = 0; p < poses->size(); ++p) {
+    const KeyPose& pose = (*poses)[p];
+    if (!only.empty() && std::ranges::find(only, pose.name) == only.end()) continue;
+    out.push_back({pose.name + "/duration_s", std::max(kLeastPose_s, 0.5 * pose.duration_s),
+                   std::min(kMostPose_s, 2 * pose.duration_s)});
+    for (std::size_t j = 0; j < setup.body.joints(); ++j) {
+      const std::string joint = moved_joint(*poses, p, j, setup.book.rest_rad, setup.body);
+      if (joint.empty()) continue;
+      const kinematics::Link& link = setup.body.links[j + 1];
+      out.push_back({pose.name + '/' + joint, std::max(link.least_rad, pose.rad[j] - range_deg * kDegree) / kDegree,
+                     std::min(link.most_rad, pose.rad[j] + range_deg * kDegree) / kDegree});
+    }
+  }
+  return out;
+}
+
+std::vector<Searched> parse_searched(const GaitSetup& setup, const std::string& motion, const std::string& text,
+                                     std::string& why) {
+  MotionBook book = setup.book;
   std::vector<Searched> out;
   std::string_view rest = text;
   while (!rest.empty()) {
@@ -86,14 +156,15 @@ std::vector<Searched> parse_searched(const std::string& text, std::string& why) 
     rest.remove_prefix(std::min(rest.size(), one.size() + 1));
     const std::size_t a = one.find(':'), b = a == one.npos ? a : one.find(':', a + 1);
     Searched s{std::string(one.substr(0, a))};
-    const auto* row = motion::find_param<WalkParams>(motion::kWalkParams, s.name);
-    if (row == nullptr) {
-      why = s.name + ": the walk has no number of this name";
+    const Places places = find(book, setup.body, motion, s.name);
+    if (places.at.empty()) {
+      why = fmt::format("{}: {} has no number of this name", s.name, motion.empty() ? "the walk" : motion);
       return {};
     }
     if (b == one.npos || !parse_number(one.substr(a + 1, b - a - 1), s.least) ||
-        !parse_number(one.substr(b + 1), s.most) || !(s.least < s.most) || s.least < row->least || s.most > row->most) {
-      why = fmt::format("{}: NAME:LEAST:MOST with {:g} <= LEAST < MOST <= {:g}", one, row->least, row->most);
+        !parse_number(one.substr(b + 1), s.most) || !(s.least < s.most) || s.least < places.least ||
+        s.most > places.most) {
+      why = fmt::format("{}: NAME:LEAST:MOST with {:g} <= LEAST < MOST <= {:g}", one, places.least, places.most);
       return {};
     }
     out.push_back(std::move(s));
@@ -101,62 +172,74 @@ std::vector<Searched> parse_searched(const std::string& text, std::string& why) 
   return out;
 }
 
-std::vector<Searched> pose_numbers(const GaitSetup& setup, const std::string& motion, double range_rad) {
-  std::vector<Searched> out;
-  const std::vector<motion::KeyPose>* poses = setup.book.find(motion);
-  if (poses == nullptr) return out;
-  for (std::size_t p = 0; p < poses->size(); ++p) {
-    const std::string prefix = fmt::format("{}/{}/", motion, p);
-    out.push_back({prefix + std::string(kDuration), kLeast_s, kMost_s});
-    for (std::size_t j = 0; j < setup.body.joints(); ++j) {
-      const kinematics::Link& link = setup.body.links[j + 1];
-      if (!link.name.starts_with("l_") && !link.name.starts_with("r_")) continue;
-      const double rad = (*poses)[p].rad[j];
-      const double least = std::max(link.least_rad, rad - range_rad), most = std::min(link.most_rad, rad + range_rad);
-      if (least < most) out.push_back({prefix + link.name, least, most});
-    }
+namespace {
+
+double cost_of_walk(const GaitSetup& setup, const SearchOptions& o, std::uint64_t i, std::uint64_t seed,
+                    std::string& why) {
+  WalkTrial trial;
+  trial.course = kCourses[i % kCourses.size()];
+  trial.seed = seed;
+  trial.lasts_s = o.lasts_s;
+  if (o.push_mps > 0) {
+    math::Random random(trial.seed, 7);
+    trial.push = {o.push_mps, random.uniform(-math::kPi, math::kPi)};
+    trial.push_every_s = 3;
   }
-  return out;
+  const auto r = run_walk(setup, trial, why);
+  return r ? cost_of_run(*r, trial.course, trial.lasts_s, setup.book.walk) : math::kInf;
 }
 
+double cost_of_motion(const GaitSetup& setup, const std::string& motion, std::uint64_t seed, std::string& why) {
+  if (motion == kGetDown) {
+    const auto r = run_down(setup, seed, why);
+    return r ? std::min(1.0, r->blow_mps2 / kBadBlow_mps2) + (r->lies ? 0 : 0.5) + (r->gently ? 0 : 0.25) : math::kInf;
+  }
+  if (motion == kTurn) {
+    const auto r = run_turn(setup, motion, motion::FallWay::left, seed, why);
+    if (!r) return math::kInf;
+    return r->lay ? (1 + r->up.x) / 2 + kCostPerS * r->lasts_s : 0;  // it may roll off its side by itself
+  }
+  const auto r = run_motion(setup, motion, seed, why);
+  if (!r) return math::kInf;
+  const bool from_back = motion.find("back") != std::string::npos;
+  return r->shortfall + (r->stood ? 0 : 0.5) + (from_back ? 0.5 * r->from_front : 0);
+}
+
+}  // namespace
+
 double cost_of(const GaitSetup& setup, const SearchOptions& o, std::uint64_t generation, std::string& why) {
-  if (!o.motion.empty()) return cost_of_motion(setup, o, generation, why);
   double total = 0;
   for (std::uint64_t i = 0; i < o.runs; ++i) {
-    WalkTrial trial;
-    trial.course = kCourses[i % kCourses.size()];
-    trial.seed = 1000 + 100 * generation + i;
-    trial.lasts_s = o.lasts_s;
-    if (o.push_mps > 0) {
-      math::Random random(trial.seed, 7);
-      trial.push = {o.push_mps, random.uniform(-math::kPi, math::kPi)};
-      trial.push_every_s = 3;
-    }
-    const auto r = run_walk(setup, trial, why);
-    if (!r) return math::kInf;
-    total += cost_of_run(*r, trial.course, trial.lasts_s, setup.book.walk);
+    const std::uint64_t seed = 1000 + 100 * generation + i;
+    total += o.motion.empty() ? cost_of_walk(setup, o, i, seed, why) : cost_of_motion(setup, o.motion, seed, why);
+    if (!why.empty()) return math::kInf;
   }
   return total / static_cast<double>(o.runs);
 }
 
-std::vector<double> start_of(const GaitSetup& setup, const std::vector<Searched>& numbers) {
+std::vector<double> start_of(const GaitSetup& setup, const SearchOptions& o) {
+  MotionBook book = setup.book;
   std::vector<double> out;
-  GaitSetup own = setup;
-  for (const Searched& s : numbers) {
-    const double value = number_of(own, s.name);
+  for (const Searched& s : o.numbers) {
+    const Places places = find(book, setup.body, o.motion, s.name);
+    const double value = *places.at.front() / places.unit;
     out.push_back(std::clamp((value - s.least) / (s.most - s.least), 0.0, 1.0));
   }
   return out;
 }
 
-std::vector<GaitSetup> setups_of(const GaitSetup& setup, const std::vector<Searched>& numbers,
+std::vector<GaitSetup> setups_of(const GaitSetup& setup, const SearchOptions& o,
                                  const std::vector<std::vector<double>>& samples) {
   std::vector<GaitSetup> out(samples.size(), setup);
-  for (std::size_t k = 0; k < samples.size(); ++k)
-    for (std::size_t i = 0; i < numbers.size(); ++i) {
-      const Searched& s = numbers[i];
-      number_of(out[k], s.name) = s.least + std::clamp(samples[k][i], 0.0, 1.0) * (s.most - s.least);
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    std::vector<Places> places;  // all before any of them changes: what was the same is told by its value
+    for (const Searched& s : o.numbers) places.push_back(find(out[k].book, setup.body, o.motion, s.name));
+    for (std::size_t i = 0; i < o.numbers.size(); ++i) {
+      const Searched& s = o.numbers[i];
+      const double value = s.least + std::clamp(samples[k][i], 0.0, 1.0) * (s.most - s.least);
+      for (double* place : places[i].at) *place = value * places[i].unit;
     }
+  }
   return out;
 }
 

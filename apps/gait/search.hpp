@@ -1,5 +1,5 @@
 #pragma once
-// The search for a walk's numbers, and for the poses of a motion that turns a lying body over.
+// The search for a walk's numbers, and for the poses of a motion.
 #include <functional>
 #include <string>
 #include <vector>
@@ -8,42 +8,49 @@
 
 namespace sinew::gait {
 
-/// A number, and between what it is searched.
+/// A number of the walk, or of a motion's poses ("push up/knee": degrees; of both sides, or with l_ or r_ of one;
+/// "push up/duration_s"), and between what it is searched.
 struct Searched {
-  std::string name;  // of the walk; or MOTION/POSE/JOINT (rad) and MOTION/POSE/duration_s, poses counted from 0
+  std::string name;
   double least = 0, most = 0;
 };
 
 struct SearchOptions {
-  std::vector<Searched> numbers{};  // empty: standard_numbers()
+  std::vector<Searched> numbers{};
+  std::string motion{};  // "rise_front": its poses; empty: the walk
   std::uint64_t seed = 1;
   std::uint64_t generations = 20, samples = 12, first_generation = 0;
   std::uint64_t runs = 6;  // of each sample: courses in turn; all samples of a generation have the same seeds
   double lasts_s = 8;      // of a run
   double push_mps = 0.12;  // every 3 s, in a direction that the seed draws; 0: none
   double sigma = 0.07;     // of the first generation, as a part of each range
-  // In place of a walk: a motion that takes a body from how it lies onto its front or back.
-  std::string motion{};
-  motion::FallWay lies_on = motion::FallWay::left, ends_on = motion::FallWay::front;
 };
 
+/// Of the walk.
 std::vector<Searched> standard_numbers();
-/// "lift_m:0.01:0.03,period_s:0.2:0.3". Errors: nothing, with `why`: a name that the walk has not, no range.
-std::vector<Searched> parse_searched(const std::string& text, std::string& why);
+/// Of a motion: the duration of each pose, from half to twice of what it is, and the joints that a pose moves,
+/// `range_deg` to both sides within their stops; `poses`: of these only. Joints of two sides that are the same stay the
+/// same, and a pose that leaves a joint as it was goes on to do so. Errors: nothing, with `why`: no such motion or
+/// pose.
+std::vector<Searched> numbers_of_motion(const GaitSetup& setup, const std::string& motion,
+                                        const std::vector<std::string>& poses, double range_deg, std::string& why);
+/// "lift_m:0.01:0.03,period_s:0.2:0.3". Errors: nothing, with `why`: a name that walk or motion has not, no range.
+std::vector<Searched> parse_searched(const GaitSetup& setup, const std::string& motion, const std::string& text,
+                                     std::string& why);
 
-/// All joints but the head's, and the durations, of all poses of a motion of the setup: around what they are, by
-/// `range_rad` either way, within the joints' limits.
-std::vector<Searched> pose_numbers(const GaitSetup& setup, const std::string& motion, double range_rad);
-
-/// A motion costs how far the torso then is from lying as wanted, 0 to 1, and 0.05 a second.
-/// What a walk with these numbers costs: for a run that falls 1 to 2, the sooner the more; otherwise how far its speeds
-/// are from the wanted ones, its odometry from the truth, and how much it sways.
+/// What a setup costs, 0 being the best.
+/// A walk: 1 to 2 for a run that falls, the sooner the more; otherwise how far its speeds are from the wanted ones, its
+/// odometry from the truth, and how much it sways.
+/// Rising: how far from standing it was, the end counting most, and half of 1 for a run that does not stand in the end;
+/// from its back also how far from its front it remained. Getting down: the blow, and half of 1 for a run that does not
+/// lie at rest on its front in the end. Turning from a side: how far the torso then is from its front, and 0.05 a
+/// second.
 double cost_of(const GaitSetup& setup, const SearchOptions& options, std::uint64_t generation, std::string& why);
 
 /// The samples of one generation, each as a setup.
-std::vector<GaitSetup> setups_of(const GaitSetup& setup, const std::vector<Searched>& numbers,
+std::vector<GaitSetup> setups_of(const GaitSetup& setup, const SearchOptions& options,
                                  const std::vector<std::vector<double>>& samples);
 /// Where the setup's own numbers are in their ranges, 0 to 1.
-std::vector<double> start_of(const GaitSetup& setup, const std::vector<Searched>& numbers);
+std::vector<double> start_of(const GaitSetup& setup, const SearchOptions& options);
 
 }  // namespace sinew::gait

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "apps/gait/down_trial.hpp"
 #include "apps/gait/kick_trial.hpp"
 #include "apps/gait/push_trial.hpp"
 #include "apps/gait/rise_trial.hpp"
@@ -89,6 +90,7 @@ Json fall_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, s
           {"seen", r->seen},
           {"fell_before", r->fell_before},
           {"ahead_s", r->ahead_s},
+          {"hit_after_s", r->hit_after_s},
           {"impact_nms", r->impact_nms},
           {"gear_nm", r->gear_nm}};
 }
@@ -128,16 +130,25 @@ Json stop_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, s
           {"away_m", r->away_m}};
 }
 
+Json down_case(const GaitSetup& setup, std::uint64_t n, std::string& why) {
+  const std::uint64_t seed = kUnseenSeeds + n;
+  const auto r = run_down(setup, seed, why);
+  if (!r) return {};
+  return {{"kind", "down"},      {"group", kGetDown},        {"seed", seed}, {"gently", r->gently}, {"lies", r->lies},
+          {"time_s", r->time_s}, {"blow_mps2", r->blow_mps2}};
+}
+
 }  // namespace
 
 std::string to_string(Kind kind) {
-  static constexpr const char* kNames[] = {"walk", "push", "rise", "fall", "kick", "stop"};
+  static constexpr const char* kNames[] = {"walk", "push", "rise", "fall", "kick", "stop", "down"};
   return kNames[static_cast<std::size_t>(kind)];
 }
 
 std::uint64_t cases_of(const StudyOptions& o) {
   switch (o.kind) {
     case Kind::walk:
+    case Kind::down:
       return o.runs;
     case Kind::push:
       return o.runs * 4 * o.push_mps.size();
@@ -165,6 +176,8 @@ Json run_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, st
       return kick_case(o, setup, n, why);
     case Kind::stop:
       return stop_case(o, setup, n, why);
+    case Kind::down:
+      return down_case(setup, n, why);
   }
   return {};
 }

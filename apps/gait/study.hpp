@@ -12,14 +12,14 @@ namespace sinew::gait {
 /// Seeds of tables begin here; a search has smaller ones.
 inline constexpr std::uint64_t kUnseenSeeds = 500'001;
 
-enum class Kind : std::uint8_t { walk, push, rise, fall, kick, stop };
-inline constexpr std::array kKinds{Kind::walk, Kind::push, Kind::rise, Kind::fall, Kind::kick, Kind::stop};
+enum class Kind : std::uint8_t { walk, push, rise, fall, kick, stop, down };
+inline constexpr std::array kKinds{Kind::walk, Kind::push, Kind::rise, Kind::fall, Kind::kick, Kind::stop, Kind::down};
 std::string to_string(Kind kind);
 
 struct StudyOptions {
   Kind kind = Kind::walk;
   std::uint64_t runs =
-      100;  // walk: all courses together; rise, fall, kick, stop: of each way; push: of each direction and speed
+      100;  // walk, down: all together; rise, fall, kick, stop: of each way; push: of each direction and speed
   double lasts_s = 60;                                            // of a walk
   std::vector<Course> courses{kCourses.begin(), kCourses.end()};  // of walks, in turn
   std::uint64_t first_seed = kUnseenSeeds;                        // of walks, stops, rising

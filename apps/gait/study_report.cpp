@@ -108,7 +108,8 @@ std::string rise_table(const std::vector<Json>& cases) {
 }
 
 std::string fall_table(const std::vector<Json>& cases) {
-  Rows rows{{"push", "reaction", "falls", "seen 150 ms ahead", "median ms", "impact N m s", "rotor at the gear N m"}};
+  Rows rows{{"push", "reaction", "falls", "seen 150 ms ahead", "median ms", "push to hit ms", "impact N m s",
+             "rotor at the gear N m"}};
   const Groups groups(cases);
   for (const std::string& name : groups.order)
     for (const bool react : {true, false}) {
@@ -120,10 +121,11 @@ std::string fall_table(const std::vector<Json>& cases) {
       rows.push_back({name, react ? "yes" : "no", std::to_string(fallen.size()),
                       of(static_cast<std::uint64_t>(early), fallen.size()),
                       fmt::format("{:.0f}", 1000 * spread(fallen, "ahead_s").at(0.5)),
+                      fmt::format("{:.0f}", 1000 * spread(fallen, "hit_after_s").at(0.5)),
                       fmt::format("{:.4f}", spread(fallen, "impact_nms").at(0.5)),
                       fmt::format("{:.1f}", spread(fallen, "gear_nm").at(0.5))});
     }
-  return sweep::table_text(rows, "<<>>>>>");
+  return sweep::table_text(rows, "<<>>>>>>");
 }
 
 std::string kick_table(const std::vector<Json>& cases) {
@@ -157,6 +159,15 @@ std::string stop_table(const std::vector<Json>& cases) {
   return sweep::table_text(rows, "<>>>>>>");
 }
 
+std::string down_table(const std::vector<Json>& cases) {
+  const sweep::Quantiles time = spread(cases, "time_s"), blow = spread(cases, "blow_mps2");
+  const Rows rows{
+      {"", "on its front", "without toppling", "median s", "blow m/s^2", "hardest"},
+      {"getting down", of(count(cases, "lies"), cases.size()), of(count(cases, "gently"), cases.size()),
+       fmt::format("{:.2f}", time.at(0.5)), fmt::format("{:.0f}", blow.at(0.5)), fmt::format("{:.0f}", blow.most())}};
+  return sweep::table_text(rows, "<>>>>>");
+}
+
 }  // namespace
 
 std::string study_table(const StudyOptions& o, const std::vector<Json>& cases) {
@@ -173,6 +184,8 @@ std::string study_table(const StudyOptions& o, const std::vector<Json>& cases) {
       return kick_table(cases);
     case Kind::stop:
       return stop_table(cases);
+    case Kind::down:
+      return down_table(cases);
   }
   return {};
 }

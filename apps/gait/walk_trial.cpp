@@ -128,10 +128,8 @@ std::optional<WalkResult> run_walk(const GaitSetup& setup, const WalkTrial& tria
     }
     out.path_m += motion::norm(at.at_m - before);
     before = at.at_m;
-    if (fall.way() != motion::FallWay::none) {
-      if (alarm_s < 0) alarm_s = t_s;
-      if (t_s > alarm_s + 1) out.false_alarm = true, alarm_s = -1, fall.reset();
-    }
+    if (fall.way() != motion::FallWay::none && alarm_s < 0) alarm_s = t_s;  // also if it is taken back
+    if (alarm_s >= 0 && t_s > alarm_s + 1) out.false_alarm = true, alarm_s = -1, fall.reset();
     out.tilt_rad = std::max({out.tilt_rad, math::fabs(fall.forward_rad()), math::fabs(fall.left_rad())});
     out.time_s = std::max(0.0, t_s + kControl_s);
     if (t_s >= 0 && t_s - changed_s > kSettled_s && command.walk) {

@@ -300,7 +300,7 @@ void Mover::move(const rt::Step& step) noexcept {
   if (mode_ == GaitMode::rise) return get_up(step);
   if (mode_ == GaitMode::down) return get_down(step);
   fall_.step(walk_->tilt.up(), walk_->tilt.rate_radps(), dt_s);
-  if (upright && fall_.way() != motion::FallWay::none) return enter(GaitMode::fall, step.now);
+  if (upright && fall_.gives_way()) return enter(GaitMode::fall, step.now);
   if (at_ball) return move_at_ball(step);
   if (upright) {
     const bool stands = walk_->phase() == motion::WalkPhase::stand;

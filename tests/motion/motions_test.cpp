@@ -80,6 +80,24 @@ TEST(FallDetector, TellsTheSideAndStaysQuietInASway) {
   EXPECT_EQ(detector.way(), FallWay::right);
 }
 
+TEST(FallDetector, JointsGiveWayLaterAndNotAtAllIfTheBodyCameBack) {
+  const Vec3 toppling = Quat::from_axis_angle({1, 0, 0}, 0.8).conjugate().rotate({0, 0, 1}), upright{0, 0, 1};
+  FallDetector detector({.hold_s = 0, .give_way_s = 0.08});
+  detector.step(toppling, {}, kStep_s);
+  EXPECT_EQ(detector.way(), FallWay::right) << "told at once";
+  for (int i = 0; i < 7; ++i) detector.step(toppling, {}, kStep_s);
+  EXPECT_FALSE(detector.gives_way());
+  detector.step(upright, {}, kStep_s);
+  EXPECT_EQ(detector.way(), FallWay::none) << "taken back";
+  for (int i = 0; i < 10; ++i) detector.step(toppling, {}, kStep_s);
+  EXPECT_TRUE(detector.gives_way());
+  for (int i = 0; i < 10; ++i) detector.step(upright, {}, kStep_s);
+  EXPECT_TRUE(detector.gives_way()) << "until reset()";
+  EXPECT_EQ(detector.way(), FallWay::right);
+  detector.reset();
+  EXPECT_FALSE(detector.gives_way());
+}
+
 TEST(FallDetector, ABodyLiesOnlyWhenItIsStill) {
   FallDetector detector;
   for (int i = 0; i < 100; ++i) detector.step({-1, 0, 0}, {0, 2, 0}, kStep_s);

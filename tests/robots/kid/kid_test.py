@@ -16,6 +16,7 @@ NAO = f"{SOURCE}/robots/kid/kid_nao.toml"
 BLUE, RED = (f"{SOURCE}/robots/kid/{name}.toml" for name in ("kid_game", "kid_game_red"))
 SOON = ("--set", "sim.referee_ready_s=2", "--set", "sim.referee_set_s=1")  # the game begins at 3 s
 KICK = f"{SOURCE}/robots/kid/kick.toml"
+VISION_LOAD = f"{SOURCE}/robots/kid/kid_vision_load.toml"
 
 
 def run(folder, *arguments, record=False, robot=KID):
@@ -87,6 +88,12 @@ class Kid(unittest.TestCase):
                 self.assertGreater(measures(summary)["walked_m"], 3)
                 self.assertGreater(measures(summary)["turned_deg"], 500, "two circles")
 
+    def test_the_body_of_nao_gets_down_with_a_low_battery(self):
+        _, summary = run(self.folder, "--fault", "battery:wrong(-4)@3", "--duration", "12", robot=NAO)
+        plant = summary["report"]
+        self.assertEqual((plant["falls"], plant["got_down"], plant["motors_stopped"]), (0, 1, True), plant)
+        self.assertEqual(plant["verdict"]["outcome"], "got down gently")
+
     def test_the_same_seed_gives_the_same_bytes_and_another_one_others(self):
         hashes = [run(self.folder, "--duration", "6", "--seed", seed)[1]["hashes"] for seed in ("5", "5", "6")]
         self.assertEqual(hashes[0], hashes[1])
@@ -132,6 +139,25 @@ class Kid(unittest.TestCase):
         self.assertGreater(plant["ball_x_m"], -0.3, "forward")
         self.replay()
         self.replay("--from", "4")
+
+    def test_under_a_full_load_of_vision_on_one_core_it_walks_a_minute_and_its_gait_misses_nothing(self):
+        code, summary = run(self.folder, robot=VISION_LOAD)
+        self.assertEqual(code, 0, summary)
+        self.assertGreater(summary["run_s"], 60)
+        self.assertEqual(measures(summary)["falls"], 0)
+        self.assertGreater(measures(summary)["walked_m"], 9)
+        threads = {thread["name"]: thread for thread in summary["threads"]}
+        busy_s = {name: thread["execution_ns"]["p50"] * 1e-9 * thread["cycles"] for name, thread in threads.items()}
+        self.assertGreater(busy_s["vision"] + busy_s["vision2"], 0.9 * summary["run_s"], "it is a full load")
+        self.assertGreater(threads["vision2"]["lateness_ns"]["p50"], 20e6, "which waits")
+        gait = threads["gait"]
+        self.assertEqual((gait["overruns"], gait["skips"], gait["timeouts"]), (0, 0, 0), gait)
+        self.assertGreater(gait["cycles"], 125 * 60)
+        self.assertLess(gait["lateness_ns"]["max"] + gait["execution_ns"]["max"], 8e6, gait)
+        for module in summary["modules"]:
+            if module["name"] in ("ball", "motion", "ball2", "motion2"):
+                self.assertGreater(module["ok"], 600, module)
+            self.assertEqual(module["fault"], 0, module)
 
     def test_stops_a_ball_that_would_roll_off_beside_its_feet(self):
         for seed, stops in (("1", True), ("2", True), ("1", False), ("2", False)):
