@@ -35,9 +35,10 @@ struct Options {
   std::string body = "robots/kid/op3.toml", motions, results, out, numbers;
   std::vector<std::string> courses;  // none: all
   std::vector<std::string> poses;    // that are searched; none: all
+  double range_deg = 30;
   StudyOptions study;
   SearchOptions search;
-  double no_load_radps = math::kNan, range_rad = 0.7;
+  double no_load_radps = math::kNan;
   unsigned jobs = 0;
   GaitSetup setup;
   std::string texts;  // of both files: results belong to them
@@ -132,13 +133,10 @@ int search(Options& o) {
   std::string why;
   if (!o.numbers.empty())
     o.search.numbers = parse_searched(o.setup, o.search.motion, o.numbers, why);
-  else if (turns(o.search.motion) && o.poses.empty())
-    o.search.numbers = pose_numbers(o.setup, o.search.motion, o.range_rad);
   else if (!o.search.motion.empty())
-    o.search.numbers = numbers_of_motion(o.setup, o.search.motion, o.poses, o.range_rad, why);
+    o.search.numbers = numbers_of_motion(o.setup, o.search.motion, o.poses, o.range_deg, why);
   else
     o.search.numbers = standard_numbers();
-  if (why.empty() && o.search.numbers.empty()) return fail(o.motions + ": it has no motion " + o.search.motion);
   if (!why.empty()) return fail(why);
   static_cast<void>(hal::stop_requested());
   CmaEs cma(start_of(o.setup, o.search), o.search.sigma, o.search.seed, o.search.samples);
@@ -221,23 +219,11 @@ int main(int argc, char** argv) {
   find.add_option("out", o.out, "the motion file that is written after each generation")->required();
   find.add_option("--numbers", o.numbers,
                   "NAME:LEAST:MOST,...; without it: the standard ones; with --motion POSE/JOINT or POSE/duration_s");
-  const std::map<std::string, motion::FallWay> ways{{"front", motion::FallWay::front},
-                                                    {"back", motion::FallWay::back},
-                                                    {"left", motion::FallWay::left},
-                                                    {"right", motion::FallWay::right}};
   find.add_option("--motion", o.search.motion,
-                  "in place of the walk: the poses of this motion; rise_front, rise_back, get_down, or one that turns "
-                  "a lying body over");
-  find.add_option("--poses", o.poses, "these only")->delimiter(',')->needs("--motion");
-  find.add_option("--lies", o.search.lies_on, "on which side it lies before: front, back, left, right")
-      ->transform(CLI::CheckedTransformer(ways))
-      ->needs("--motion");
-  find.add_option("--ends", o.search.ends_on, "and after: front or back")
-      ->transform(CLI::CheckedTransformer(ways))
-      ->needs("--motion");
-  find.add_option("--range", o.range_rad, "of each joint around what it is in the file, rad")
-      ->check(app::number(0.01, 3))
-      ->needs("--motion")
+                  "searches the poses of this motion: rise_front, rise_back, turn_from_left, get_down");
+  find.add_option("--poses", o.poses, "with --motion: these only")->delimiter(',');
+  find.add_option("--range", o.range_deg, "with --motion: how far to both sides of each angle, degrees")
+      ->check(app::number(1, 180))
       ->capture_default_str();
   find.add_option("--seed", o.search.seed, "of the search")->check(app::whole(1, 1'000'000))->capture_default_str();
   find.add_option("--generations", o.search.generations, "how many")

@@ -9,10 +9,9 @@
 namespace sinew::gait {
 
 struct RiseResult {
-  bool stood = false;    // upright in time, and still so at the end
-  double time_s = 0;     // from lying until it stood upright to stay
-  int motions = 0;       // begun: from a side it is turned onto its front first
-  double shortfall = 0;  // mean over the time of how far it was from standing, the end counting most, 0 to 1
+  bool stood = false;  // upright in time, and still so at the end
+  double time_s = 0;   // from lying until it stood upright to stay
+  int motions = 0;     // begun: from a side it is turned onto its front first
 };
 
 /// Within this it has to stand; it is watched for 1.5 s more.
@@ -24,6 +23,18 @@ constexpr double most_rise_s(motion::FallWay lies_on) {
 /// Errors:  nothing, with `why`.
 std::optional<RiseResult> run_rise(const GaitSetup& setup, motion::FallWay lies_on, std::uint64_t seed,
                                    std::string& why);
+
+/// How near one motion brings a body to standing: what a search lessens.
+struct MotionResult {
+  bool stood = false;     // upright within 5 s, and still so at the end
+  double shortfall = 0;   // mean over the motion of how far it was from standing, 0 to 1
+  double from_front = 1;  // the least that its front was away from facing the ground, 0 to 1
+};
+
+/// From its back where the motion's name has "back" in it, else from its front.
+/// Errors:  nothing, with `why`.
+std::optional<MotionResult> run_motion(const GaitSetup& setup, const std::string& motion, std::uint64_t seed,
+                                       std::string& why);
 
 /// How a body comes to lie by one motion.
 struct TurnResult {

@@ -20,8 +20,8 @@ using motion::WalkParams;
 
 constexpr double kDegree = math::kPi / 180;
 constexpr double kLeastPose_s = 0.1, kMostPose_s = 3;
-constexpr double kCostPerS = 0.05, kLeastTurn_s = 0.1, kMostTurn_s = 0.8;
-constexpr std::string_view kRiseFront = "rise_front", kRiseBack = "rise_back";
+constexpr const char* kTurn = "turn_from_left";
+constexpr double kCostPerS = 0.05;
 constexpr double kBadBlow_mps2 = 200;  // of a robot that falls over where it stands
 
 /// A number of a book, which may be at several places.
@@ -61,10 +61,7 @@ Places find(MotionBook& book, const kinematics::Body& body, const std::string& m
   const auto found = book.poses.find(motion);
   if (slash == name.npos || found == book.poses.end()) return out;
   std::vector<KeyPose>& poses = found->second;
-  auto pose = std::ranges::find(poses, name.substr(0, slash), &KeyPose::name);
-  if (std::size_t i = 0;
-      pose == poses.end() && std::from_chars(name.data(), name.data() + slash, i).ptr == &name[slash])
-    pose = poses.begin() + static_cast<std::ptrdiff_t>(std::min(i, poses.size()));
+  const auto pose = std::ranges::find(poses, name.substr(0, slash), &KeyPose::name);
   if (pose == poses.end()) return out;
   const std::string what = name.substr(slash + 1);
   if (what == "duration_s") return {{&pose->duration_s}, 1, 0, 10};
@@ -109,10 +106,6 @@ bool parse_number(std::string_view text, double& out) {
 
 }  // namespace
 
-bool turns(const std::string& motion) {
-  return !motion.empty() && motion != kGetDown && motion != kRiseFront && motion != kRiseBack;
-}
-
 std::vector<Searched> standard_numbers() {
   return {{"period_s", 0.2, 0.36},        {"height_m", 0.2, 0.24},       {"stance_m", 0.084, 0.11},
           {"lift_m", 0.012, 0.035},       {"lean_rad", -0.05, 0.25},     {"com_forward_m", -0.02, 0.02},
@@ -125,7 +118,7 @@ std::vector<Searched> standard_numbers() {
 }
 
 std::vector<Searched> numbers_of_motion(const GaitSetup& setup, const std::string& motion,
-                                        const std::vector<std::string>& only, double range_rad, std::string& why) {
+                                        const std::vector<std::string>& only, double range_deg, std::string& why) {
   const std::vector<KeyPose>* poses = setup.book.find(motion);
   if (poses == nullptr) {
     why = "the motion file has no motion " + motion;
@@ -146,25 +139,8 @@ std::vector<Searched> numbers_of_motion(const GaitSetup& setup, const std::strin
       const std::string joint = moved_joint(*poses, p, j, setup.book.rest_rad, setup.body);
       if (joint.empty()) continue;
       const kinematics::Link& link = setup.body.links[j + 1];
-      out.push_back({pose.name + '/' + joint, std::max(link.least_rad, pose.rad[j] - range_rad) / kDegree,
-                     std::min(link.most_rad, pose.rad[j] + range_rad) / kDegree});
-    }
-  }
-  return out;
-}
-
-std::vector<Searched> pose_numbers(const GaitSetup& setup, const std::string& motion, double range_rad) {
-  std::vector<Searched> out;
-  const std::vector<KeyPose>* poses = setup.book.find(motion);
-  if (poses == nullptr) return out;
-  for (std::size_t p = 0; p < poses->size(); ++p) {
-    out.push_back({fmt::format("{}/duration_s", p), kLeastTurn_s, kMostTurn_s});
-    for (std::size_t j = 0; j < setup.body.joints(); ++j) {
-      const kinematics::Link& link = setup.body.links[j + 1];
-      if (!link.name.starts_with("l_") && !link.name.starts_with("r_")) continue;
-      const double rad = (*poses)[p].rad[j];
-      const double least = std::max(link.least_rad, rad - range_rad), most = std::min(link.most_rad, rad + range_rad);
-      if (least < most) out.push_back({fmt::format("{}/{}", p, link.name), least / kDegree, most / kDegree});
+      out.push_back({pose.name + '/' + joint, std::max(link.least_rad, pose.rad[j] - range_deg * kDegree) / kDegree,
+                     std::min(link.most_rad, pose.rad[j] + range_deg * kDegree) / kDegree});
     }
   }
   return out;
@@ -213,44 +189,29 @@ double cost_of_walk(const GaitSetup& setup, const SearchOptions& o, std::uint64_
   return r ? cost_of_run(*r, trial.course, trial.lasts_s, setup.book.walk) : math::kInf;
 }
 
-double cost_of_turn(const GaitSetup& setup, const SearchOptions& o, std::uint64_t generation, std::string& why) {
-  double total = 0;
-  std::uint64_t counted = 0;
-  for (std::uint64_t i = 0; i < o.runs; ++i) {
-    const auto r = run_turn(setup, o.motion, o.lies_on, 1000 + 100 * generation + i, why);
-    if (!r) return math::kInf;
-    if (!r->lay) continue;
-    ++counted;
-    const double there = o.ends_on == motion::FallWay::front ? -r->up.x : r->up.x;
-    total += (1 - there) / 2 + kCostPerS * r->lasts_s;
+double cost_of_motion(const GaitSetup& setup, const std::string& motion, std::uint64_t seed, std::string& why) {
+  if (motion == kGetDown) {
+    const auto r = run_down(setup, seed, why);
+    return r ? std::min(1.0, r->blow_mps2 / kBadBlow_mps2) + (r->lies ? 0 : 0.5) + (r->gently ? 0 : 0.25) : math::kInf;
   }
-  return counted > 0 ? total / static_cast<double>(counted) : 0;
-}
-
-double cost_of_down(const GaitSetup& setup, std::uint64_t seed, std::string& why) {
-  const auto r = run_down(setup, seed, why);
+  if (motion == kTurn) {
+    const auto r = run_turn(setup, motion, motion::FallWay::left, seed, why);
+    if (!r) return math::kInf;
+    return r->lay ? (1 + r->up.x) / 2 + kCostPerS * r->lasts_s : 0;  // it may roll off its side by itself
+  }
+  const auto r = run_motion(setup, motion, seed, why);
   if (!r) return math::kInf;
-  return std::min(1.0, r->blow_mps2 / kBadBlow_mps2) + (r->lies ? 0 : 0.5) + (r->gently ? 0 : 0.25);
-}
-
-double cost_of_rise(const GaitSetup& setup, const std::string& motion, std::uint64_t seed, std::string& why) {
-  const auto r = run_rise(setup, motion == kRiseBack ? motion::FallWay::back : motion::FallWay::front, seed, why);
-  return r ? r->shortfall + (r->stood ? 0 : 0.5) : math::kInf;
-}
-
-double cost_of_run(const GaitSetup& setup, const SearchOptions& o, std::uint64_t i, std::uint64_t seed,
-                   std::string& why) {
-  if (o.motion.empty()) return cost_of_walk(setup, o, i, seed, why);
-  return o.motion == kGetDown ? cost_of_down(setup, seed, why) : cost_of_rise(setup, o.motion, seed, why);
+  const bool from_back = motion.find("back") != std::string::npos;
+  return r->shortfall + (r->stood ? 0 : 0.5) + (from_back ? 0.5 * r->from_front : 0);
 }
 
 }  // namespace
 
 double cost_of(const GaitSetup& setup, const SearchOptions& o, std::uint64_t generation, std::string& why) {
-  if (turns(o.motion)) return cost_of_turn(setup, o, generation, why);
   double total = 0;
   for (std::uint64_t i = 0; i < o.runs; ++i) {
-    total += cost_of_run(setup, o, i, 1000 + 100 * generation + i, why);
+    const std::uint64_t seed = 1000 + 100 * generation + i;
+    total += o.motion.empty() ? cost_of_walk(setup, o, i, seed, why) : cost_of_motion(setup, o.motion, seed, why);
     if (!why.empty()) return math::kInf;
   }
   return total / static_cast<double>(o.runs);

@@ -5,12 +5,11 @@
 #include <vector>
 
 #include "apps/gait/gait_setup.hpp"
-#include "motion/fall.hpp"
 
 namespace sinew::gait {
 
 /// A number of the walk, or of a motion's poses ("push up/knee": degrees; of both sides, or with l_ or r_ of one;
-/// "push up/duration_s"; poses by name or counted from 0), and between what it is searched.
+/// "push up/duration_s"), and between what it is searched.
 struct Searched {
   std::string name;
   double least = 0, most = 0;
@@ -18,8 +17,7 @@ struct Searched {
 
 struct SearchOptions {
   std::vector<Searched> numbers{};
-  std::string motion{};  // in place of the walk: rise_front, rise_back, get_down, or one that turns a lying body over:
-  motion::FallWay lies_on = motion::FallWay::left, ends_on = motion::FallWay::front;  // from where to where
+  std::string motion{};  // "rise_front": its poses; empty: the walk
   std::uint64_t seed = 1;
   std::uint64_t generations = 20, samples = 12, first_generation = 0;
   std::uint64_t runs = 6;  // of each sample: courses in turn; all samples of a generation have the same seeds
@@ -28,19 +26,14 @@ struct SearchOptions {
   double sigma = 0.07;     // of the first generation, as a part of each range
 };
 
-/// Not the walk, nor rising or getting down: a motion that turns a lying body over.
-bool turns(const std::string& motion);
 /// Of the walk.
 std::vector<Searched> standard_numbers();
 /// Of a motion: the duration of each pose, from half to twice of what it is, and the joints that a pose moves,
-/// `range_rad` to both sides within their stops; `poses`: of these only. Joints of two sides that are the same stay the
+/// `range_deg` to both sides within their stops; `poses`: of these only. Joints of two sides that are the same stay the
 /// same, and a pose that leaves a joint as it was goes on to do so. Errors: nothing, with `why`: no such motion or
 /// pose.
 std::vector<Searched> numbers_of_motion(const GaitSetup& setup, const std::string& motion,
-                                        const std::vector<std::string>& poses, double range_rad, std::string& why);
-/// All joints but the head's, and the durations, of all poses of a motion of the setup: around what they are, by
-/// `range_rad` either way, within the joints' limits. Empty: there is no such motion.
-std::vector<Searched> pose_numbers(const GaitSetup& setup, const std::string& motion, double range_rad);
+                                        const std::vector<std::string>& poses, double range_deg, std::string& why);
 /// "lift_m:0.01:0.03,period_s:0.2:0.3". Errors: nothing, with `why`: a name that walk or motion has not, no range.
 std::vector<Searched> parse_searched(const GaitSetup& setup, const std::string& motion, const std::string& text,
                                      std::string& why);
@@ -48,9 +41,10 @@ std::vector<Searched> parse_searched(const GaitSetup& setup, const std::string& 
 /// What a setup costs, 0 being the best.
 /// A walk: 1 to 2 for a run that falls, the sooner the more; otherwise how far its speeds are from the wanted ones, its
 /// odometry from the truth, and how much it sways.
-/// Rising: how far from standing it was, the end counting most, and half of 1 for a run that does not stand in the end.
-/// Getting down: the blow, half of 1 for a run that does not lie on its front in the end, a quarter for one that
-/// topples. Another motion: how far the torso then is from lying as wanted, 0 to 1, and 0.05 a second.
+/// Rising: how far from standing it was, the end counting most, and half of 1 for a run that does not stand in the end;
+/// from its back also how far from its front it remained. Getting down: the blow, and half of 1 for a run that does not
+/// lie at rest on its front in the end. Turning from a side: how far the torso then is from its front, and 0.05 a
+/// second.
 double cost_of(const GaitSetup& setup, const SearchOptions& options, std::uint64_t generation, std::string& why);
 
 /// The samples of one generation, each as a setup.

@@ -24,7 +24,7 @@ const Searched* find(const std::vector<Searched>& numbers, const std::string& na
 TEST(MotionSearch, NumbersOfAMotionAreItsDurationsAndTheAnglesThatItsPosesMove) {
   const GaitSetup setup = op3_setup();
   std::string why;
-  const auto numbers = numbers_of_motion(setup, "rise_front", {"push up", "lean back"}, 40 * kDegree, why);
+  const auto numbers = numbers_of_motion(setup, "rise_front", {"push up", "lean back"}, 40, why);
   ASSERT_EQ(why, "");
   EXPECT_EQ(numbers.size(), 2u + 8u) << "both move shoulder, hip, knee and ankle";
   const Searched* hip = find(numbers, "push up/hip_pitch");
@@ -32,7 +32,7 @@ TEST(MotionSearch, NumbersOfAMotionAreItsDurationsAndTheAnglesThatItsPosesMove) 
   EXPECT_NEAR(hip->most, -60, 1e-9);
   EXPECT_NEAR(find(numbers, "push up/duration_s")->most, 1.2, 1e-9);
   for (const Searched& s : numbers) EXPECT_LT(s.least, s.most) << s.name;
-  EXPECT_TRUE(numbers_of_motion(setup, "rise_front", {"jump"}, 40 * kDegree, why).empty());
+  EXPECT_TRUE(numbers_of_motion(setup, "rise_front", {"jump"}, 40, why).empty());
   EXPECT_EQ(why, "rise_front has no pose \"jump\"");
 }
 
