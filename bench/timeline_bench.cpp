@@ -40,7 +40,7 @@ double ns_each(hal::Os& os, int n, Body&& body) {
 void measure() {
   hal::Os& os = hal::system_os();
   rt::TimelineRing ring(8192, rt::Time{0});
-  rt::ZoneLog log{ring, os, 0};
+  rt::RingZones log(ring, os, 0);
   math::Random random(1, 2, 3);
   rt::Step step{rt::Time{}, rt::Duration{1}, false, 3, random};
   volatile std::uint32_t sink = 0;

@@ -16,7 +16,7 @@ enum class StepStatus : std::uint8_t {
   fault,  // the step could not do its work: counted; repeated faults stop the module
 };
 
-struct ZoneLog;
+class ZoneLog;
 
 /// All that a step may know besides its inputs, parameters and own state. A step calls no clock, takes no lock,
 /// allocates nothing and touches no file, device or thread.

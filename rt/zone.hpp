@@ -3,6 +3,16 @@
 
 namespace sinew::rt {
 
+/// Where the zones of one module's steps are written, while a reader asks for them. RT: yes.
+class ZoneLog {
+ public:
+  virtual Time now() noexcept = 0;
+  virtual void note(const char* name, Time start) noexcept = 0;
+
+ protected:
+  ~ZoneLog() = default;
+};
+
 /// A named part of a step, for the time line: from its construction to the end of its scope.
 ///
 ///   const rt::Zone zone(step, "blobs");
@@ -13,20 +23,16 @@ class Zone {
  public:
   Zone(const Step& step, const char* name) noexcept : log_(step.zones), name_(name) {
     if (log_) [[unlikely]]
-      start_ = now(*log_);
+      start_ = log_->now();
   }
   ~Zone() {
     if (log_) [[unlikely]]
-      note(*log_, name_, start_);
+      log_->note(name_, start_);
   }
   Zone(const Zone&) = delete;
   Zone& operator=(const Zone&) = delete;
 
  private:
-  // Static: so the zone stays in registers.
-  static Time now(ZoneLog& log) noexcept;
-  static void note(ZoneLog& log, const char* name, Time start) noexcept;
-
   ZoneLog* const log_;
   const char* const name_;
   Time start_;

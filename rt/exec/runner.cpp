@@ -33,7 +33,7 @@ ModuleRunner::ModuleRunner(RunBoard& board, std::uint32_t module)
       sources_(module_.topic.size()),
       drops_(module_.topic.size()),
       enabled_(module_.spec.enabled) {
-  if (board.options.clock) zones_.emplace(ZoneLog{board.timeline.ring(module_.thread), *board.options.clock, module});
+  if (board.options.clock) zones_.emplace(board.timeline.ring(module_.thread), *board.options.clock, module);
   record_.module = module;
   record_.thread = module_.thread;
   record_.ports = this;

@@ -133,7 +133,7 @@ class ModuleRunner final : StepPorts {
   std::vector<Count> drops_;
 
   StepRecord record_;
-  std::optional<ZoneLog> zones_;
+  std::optional<RingZones> zones_;
   std::uint32_t number_ = 0, faults_in_row_ = 0;
   bool enabled_ = true, stopped_ = false, stepping_ = false;
   ModuleStats stats_;

@@ -4,7 +4,6 @@
 #include <bit>
 
 #include "rt/trap.hpp"
-#include "rt/zone.hpp"
 
 namespace sinew::rt {
 
@@ -88,13 +87,13 @@ std::vector<TimelineEvent> Timeline::snapshot(Duration last) const {
 }
 
 // The clock is the executor's; the step itself never sees the time.
-Time Zone::now(ZoneLog& log) noexcept {
+Time RingZones::now() noexcept {
   const trap::Scope outside(nullptr);
-  return log.clock.now();
+  return clock_.now();
 }
 
-void Zone::note(ZoneLog& log, const char* name, Time start) noexcept {
-  log.ring.add(TimelineEvent::Kind::zone, start, now(log) - start, log.ring.zone(name, log.module));
+void RingZones::note(const char* name, Time start) noexcept {
+  ring_.add(TimelineEvent::Kind::zone, start, now() - start, ring_.zone(name, module_));
 }
 
 }  // namespace sinew::rt

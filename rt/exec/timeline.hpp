@@ -10,6 +10,7 @@
 #include "hal/clock.hpp"
 #include "hal/wide.hpp"
 #include "rt/graph.hpp"
+#include "rt/zone.hpp"
 
 namespace sinew::rt {
 
@@ -112,11 +113,18 @@ class Timeline {
   std::size_t bytes_ = 0;
 };
 
-/// The memory that a step's zones write to, while a reader asks for them.
-struct ZoneLog {
-  TimelineRing& ring;
-  const hal::Clock& clock;
-  std::uint32_t module;
+/// Zones of one module, in the ring of its thread.
+class RingZones final : public ZoneLog {
+ public:
+  RingZones(TimelineRing& ring, const hal::Clock& clock, std::uint32_t module) noexcept
+      : ring_(ring), clock_(clock), module_(module) {}
+  Time now() noexcept override;
+  void note(const char* name, Time start) noexcept override;
+
+ private:
+  TimelineRing& ring_;
+  const hal::Clock& clock_;
+  std::uint32_t module_;
 };
 
 }  // namespace sinew::rt
