@@ -10,7 +10,7 @@ constexpr double kUpright_mps2 = 9.81;
 
 void Tilt::start(const math::Vec3& accel_mps2) {
   q_ = norm(accel_mps2) > 1 ? math::Quat::between(accel_mps2, {0, 0, 1}) : math::Quat{};
-  rate_ = draw_ = {};
+  rate_ = {};
 }
 
 void Tilt::step(const math::Vec3& gyro_radps, const math::Vec3& accel_mps2, bool at_rest, double dt_s) {
@@ -27,12 +27,11 @@ void Tilt::step(const math::Vec3& gyro_radps, const math::Vec3& accel_mps2, bool
     rest_s_ = 0;
   }
   rate_ = gyro_radps - bias_;
-  math::Vec3 error;
+  math::Vec3 error;  // torso axes: rotates the believed up to the measured one
   if (norm(accel_mps2) < params.most_mps2) error = cross(accel_mps2 / kUpright_mps2, up());
-  draw_ += (error - draw_) * (dt_s / (dt_s + params.smooth_s));
-  bias_ -= draw_ * (params.bias_per_s2 * dt_s);
+  bias_ -= error * (params.bias_per_s2 * dt_s);
   for (int i = 0; i < 3; ++i) bias_[i] = std::clamp(bias_[i], -params.most_bias_radps, params.most_bias_radps);
-  q_ = (q_ * math::Quat::exp((rate_ + params.accel_per_s * draw_) * dt_s)).normalized();
+  q_ = (q_ * math::Quat::exp((rate_ + params.accel_per_s * error) * dt_s)).normalized();
 }
 
 }  // namespace sinew::motion

@@ -6,7 +6,6 @@ namespace sinew::motion {
 
 struct TiltParams {
   double accel_per_s = 0.8;   // how fast the tilt is drawn to the accelerometer's
-  double smooth_s = 0.5;      // low pass of that draw: a step's rhythm in it, times the sway, would turn the yaw
   double most_mps2 = 25;      // what it measures above this is a blow, and not used
   double bias_per_s2 = 0.06;  // how fast the gyro's bias is learned from the same error
   double rest_per_s = 1;      // how fast it is learned from a torso at rest
@@ -39,13 +38,12 @@ class Tilt {
   /// State (kept_numbers.hpp).
   template <class Visit>
   void each_part(Visit&& visit) {
-    visit(q_, rate_, bias_, draw_, rest_s_, learned_s_);
+    visit(q_, rate_, bias_, rest_s_, learned_s_);
   }
 
  private:
   math::Quat q_;
   math::Vec3 rate_, bias_;
-  math::Vec3 draw_;  // torso axes: rotates the believed up to the measured one, smoothed
   double rest_s_ = 0, learned_s_ = 0;
 };
 

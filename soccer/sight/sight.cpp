@@ -13,14 +13,18 @@ void Sight::declare(rt::Declaration& d) {
   d.out("sight", sight_);
   camera_.declare(d);
   d.param("camera", number_, {.min = 0, .max = 1, .doc = "which of the body's, for those who read the message"});
-  d.param("ball_radius_m", options_.ball_radius_m, {.unit = "m", .min = 0.02, .max = 0.2});
-  d.param("ball_farthest_m", options_.ball_farthest_m, {.unit = "m", .min = 0.5, .max = 14});
+  d.param("ball_radius_m", options_.ball_radius_m,
+          {.unit = "m", .min = 0.02, .max = 0.2, .doc = "of the ball that is played with"});
+  d.param("ball_farthest_m", options_.ball_farthest_m,
+          {.unit = "m", .min = 0.5, .max = 14, .doc = "beyond it no ball is looked for"});
   d.param("ball_confidence", options_.ball_confidence,
           {.min = 0.01, .max = 0.999, .doc = "sightings that are less sure are left out"});
-  d.param("circle_radius_m", options_.circle_radius_m, {.unit = "m", .min = 0.2, .max = 3});
+  d.param("circle_radius_m", options_.circle_radius_m,
+          {.unit = "m", .min = 0.2, .max = 3, .doc = "of the centre circle"});
   d.param("tilt_sigma_rad", options_.errors.tilt_rad,
           {.unit = "rad", .min = 0, .max = 0.3, .doc = "by which the camera looks higher or lower than its pose says"});
-  d.param("heading_sigma_rad", options_.errors.heading_rad, {.unit = "rad", .min = 0, .max = 0.3});
+  d.param("heading_sigma_rad", options_.errors.heading_rad,
+          {.unit = "rad", .min = 0, .max = 0.3, .doc = "how sure the camera's heading is, against the body"});
   d.param("pixel_sigma_px", options_.errors.pixel_px, {.unit = "px", .min = 0.1, .max = 20, .doc = "of an edge"});
   d.state(carpet_);
 }
