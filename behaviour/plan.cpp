@@ -142,7 +142,18 @@ Plan::Place Plan::find(std::string_view option_and_state) const {
   return state == kNone ? Place{} : Place{option, state};
 }
 
+Plan::Place Plan::numbered(std::int64_t number) const {
+  std::int64_t before = 0;
+  for (std::uint32_t o = 0; o < options.size(); ++o) {
+    const auto states = static_cast<std::int64_t>(options[o].states.size());
+    if (number > before && number <= before + states) return {o, static_cast<std::uint32_t>(number - before - 1)};
+    before += states;
+  }
+  return {};
+}
+
 std::string Plan::graphviz() const {
+  std::int64_t number = 0;
   std::string text = "digraph behaviour {\n  compound=true;\n  node [shape=box, style=rounded];\n";
   const auto node = [](const Option& option, std::string_view state) {
     return "\"" + option.name + "/" + std::string(state) + "\"";
@@ -150,7 +161,7 @@ std::string Plan::graphviz() const {
   for (const Option& option : options) {
     text += "  subgraph \"cluster_" + option.name + "\" {\n    label=\"" + option.name + "\";\n";
     for (const State& state : option.states)
-      text += "    " + node(option, state.name) + " [label=\"" + state.name + "\"" +
+      text += "    " + node(option, state.name) + " [label=\"" + std::to_string(++number) + " " + state.name + "\"" +
               (state.is_final ? ", peripheries=2" : "") + "];\n";
     for (const Decision& decision : option.always)
       for (const State& state : option.states)
@@ -174,12 +185,13 @@ std::string Plan::graphviz() const {
 
 std::string Plan::mermaid() const {
   std::string text = "stateDiagram-v2\n";
+  std::int64_t number = 0;
   for (const Option& option : options) {
     const std::string prefix = option.name + "__";
     text += "  state " + option.name + " {\n";
     if (!option.states.empty()) text += "    [*] --> " + prefix + option.states[0].name + "\n";
     for (const State& state : option.states) {
-      text += "    " + prefix + state.name + " : " + state.name +
+      text += "    " + prefix + state.name + " : " + std::to_string(++number) + " " + state.name +
               (state.callee.empty() ? "" : " (runs " + state.callee + ")") + "\n";
       if (state.is_final) text += "    " + prefix + state.name + " --> [*]\n";
       const auto arrow = [&](const Decision& decision) {

@@ -48,6 +48,10 @@ struct Plan {
   };
   /// RT: yes.
   Place find(std::string_view option_and_state) const;
+  /// The state with this number: 1 is the first state of the first option, and so on through the plan. Drawings show
+  /// the numbers, so that a module's parameter, which is a number while the robot runs, can hold a state. None: others.
+  /// RT: yes.
+  Place numbered(std::int64_t number) const;
   /// The plan as text of Graphviz's dot, and of Mermaid's stateDiagram-v2.
   std::string graphviz() const;
   std::string mermaid() const;

@@ -114,6 +114,10 @@ TEST_F(TreeTest, AForcedStateIsHeldAndLetGo) {
   EXPECT_EQ(run(tree_.plan().find("go_to/there")), "play/approach go_to/there");
   EXPECT_EQ(tree_.plan().find("play/fly").option, kNone);
   EXPECT_EQ(tree_.plan().find("play").option, kNone);
+  for (const std::int64_t none : {-1, 0, 6}) EXPECT_EQ(tree_.plan().numbered(none).option, kNone);
+  EXPECT_EQ(tree_.plan().numbered(3).state, kick.state);
+  EXPECT_EQ(tree_.plan().numbered(5).option, 1U);
+  EXPECT_EQ(tree_.plan().numbered(5).state, 1U);
 }
 
 TEST_F(TreeTest, MoreReadsThanTheMessageHasRoomForAreCounted) {
@@ -135,6 +139,8 @@ TEST_F(TreeTest, IsDrawn) {
   EXPECT_NE(dot.find("\"play/approach\" -> \"play/kick\" [label=\"arrived\"]"), std::string::npos) << dot;
   EXPECT_NE(dot.find("\"play/approach\" -> \"go_to/walk\" [style=dashed"), std::string::npos) << dot;
   EXPECT_NE(mermaid.find("play__approach --> play__kick : arrived"), std::string::npos) << mermaid;
+  EXPECT_NE(dot.find("[label=\"5 there\", peripheries=2]"), std::string::npos) << dot;
+  EXPECT_NE(mermaid.find("go_to__walk : 4 walk"), std::string::npos) << mermaid;
   EXPECT_NE(mermaid.find("go_to__there --> [*]"), std::string::npos) << mermaid;
 }
 
@@ -190,7 +196,7 @@ class Player final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override {
     d.out("behaviour", behaviour_);
-    d.param("force", force_, {.doc = "option/state that is held; empty: none"});
+    d.param("force", force_, {.min = 0, .max = 5, .doc = "number of the state that is held; 0: none"});
     d.state(progress_);
   }
   hal::Status configure(rt::Setup& setup) override {
@@ -200,13 +206,13 @@ class Player final : public rt::Module {
   }
   void reset() override { progress_ = {}; }
   rt::StepStatus step(const rt::Step& step) noexcept override {
-    tree_.step(progress_, board_, step.now, tree_.plan().find(force_), behaviour_.loan());
+    tree_.step(progress_, board_, step.now, tree_.plan().numbered(force_), behaviour_.loan());
     return rt::StepStatus::ok;
   }
 
  private:
   rt::Out<msg::BehaviourState> behaviour_;
-  std::string force_;
+  std::int64_t force_ = 0;
   Tree<Board> tree_;
   Progress progress_;
   Board board_;
@@ -220,9 +226,9 @@ TEST(Player, IsForcedByAParameterWhileItRuns) {
     return std::string(text(rig.get<msg::BehaviourState>("behaviour")->active[0].state));
   };
   EXPECT_EQ(state(100), "search");
-  rig.set("force", std::string("play/approach"));
+  rig.set("force", std::int64_t{2});
   EXPECT_EQ(state(200), "approach");
-  rig.set("force", std::string());
+  rig.set("force", std::int64_t{0});
   EXPECT_EQ(state(300), "search");
 }
 
