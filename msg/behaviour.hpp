@@ -48,10 +48,10 @@ template <>
 struct Description<ActiveOption> {
   using M = ActiveOption;
   static constexpr std::string_view name = "ActiveOption", doc = "An option of a behaviour that is active.";
-  static constexpr auto fields =
-      describe(field<&M::entered>("ns", "when the option began"), field<&M::state_entered>("ns"),
-               field<&M::parameter>("", "as the option declares them"), field<&M::option>("1", "its name in ASCII"),
-               field<&M::state>("1", "likewise"), field<&M::decision>("1", "that led into the state; empty: none"));
+  static constexpr auto fields = describe(
+      field<&M::entered>("ns", "when the option began"), field<&M::state_entered>("ns"),
+      field<&M::parameter>("", "as the option declares them"), field<&M::option>("ascii", "its name"),
+      field<&M::state>("ascii", "its name"), field<&M::decision>("ascii", "that led into the state; empty: none"));
 };
 
 template <>
@@ -60,7 +60,7 @@ struct Description<DecisionRead> {
   static constexpr std::string_view name = "DecisionRead", doc = "A value that a decision of a behaviour read.";
   static constexpr auto fields =
       describe(field<&M::value>("", "as the behaviour says"), field<&M::depth>("1", "of the option"),
-               field<&M::reserved>("1", "0"), field<&M::name>("1", "ASCII"));
+               field<&M::reserved>("1", "0"), field<&M::name>("ascii"));
 };
 
 template <>
