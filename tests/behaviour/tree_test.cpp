@@ -4,6 +4,7 @@
 
 #include <algorithm>
 
+#include "rt/exec/discrete_executor.hpp"
 #include "rt/exec/module_rig.hpp"
 
 namespace sinew::behaviour {
@@ -230,6 +231,70 @@ TEST(Player, IsForcedByAParameterWhileItRuns) {
   EXPECT_EQ(state(200), "approach");
   rig.set("force", std::int64_t{0});
   EXPECT_EQ(state(300), "search");
+}
+
+/// Reads the topic as another module does.
+class Watch final : public rt::Module {
+ public:
+  explicit Watch(std::string& last) : last_(last) {}
+  void declare(rt::Declaration& d) override { d.in("behaviour", in_); }
+  rt::StepStatus step(const rt::Step&) noexcept override {
+    if (const auto* state = in_.get()) last_ = text(state->active[0].state);  // fits into the string itself
+    return rt::StepStatus::ok;
+  }
+
+ private:
+  rt::In<msg::BehaviourState> in_;
+  std::string& last_;
+};
+
+TEST(Player, IsForcedInAGraphByARequestAsTheRobotsSocketMakesIt) {
+  std::string last;
+  rt::ModuleTypes types;
+  types.add<Player>("Player");
+  types.add("Watch", [&] { return std::make_unique<Watch>(last); });
+  const rt::ExecModel ten_us{rt::ExecModel::Kind::constant, 10us, {}, 1};
+  rt::Graph graph(
+      {.threads = {{.name = "loop", .priority = 10, .period = 10ms, .order = {{"play"}, {"watch"}}}},
+       .modules = {{.name = "play", .type = "Player", .exec = ten_us},
+                   {.name = "watch", .type = "Watch", .in = {{"behaviour", {"play.behaviour"}}}, .exec = ten_us}}},
+      types);
+  hal::EmptyBoard board;
+  ASSERT_TRUE(graph.check({.virtual_time = true}).empty());
+  ASSERT_TRUE(graph.configure(board));
+  std::string why;
+  EXPECT_FALSE(graph.set_param("play", "force", std::int64_t{6}, &why));  // the plan has five states
+  ASSERT_TRUE(graph.set_param("play", "force", std::int64_t{3}, &why)) << why;
+  hal::ManualClock clock;
+  hal::FixedGrant grants(hal::Time{1'000'000'000});
+  rt::DiscreteExecutor executor(graph, clock, grants, {.duration = 1s});
+  ASSERT_TRUE(executor.run());
+  EXPECT_EQ(last, "kick");
+}
+
+/// A module whose plan has a problem.
+class Broken final : public rt::Module {
+ public:
+  void declare(rt::Declaration& d) override { d.out("behaviour", behaviour_); }
+  hal::Status configure(rt::Setup& setup) override {
+    tree_.option("play").state("stuck");
+    if (!explain(tree_.resolve(), setup)) return hal::Error{hal::Errc::bad_argument};
+    return {};
+  }
+  rt::StepStatus step(const rt::Step&) noexcept override { return rt::StepStatus::ok; }
+
+ private:
+  rt::Out<msg::BehaviourState> behaviour_;
+  Tree<Board> tree_;
+};
+
+TEST(Player, DoesNotStartWithAPlanThatHasAProblem) {
+  Broken broken;
+  rt::ModuleRig rig(broken);
+  EXPECT_FALSE(rig.configure());
+  ASSERT_FALSE(rig.problems().empty());
+  const std::string said = rt::to_string(rig.problems()[0], "robot.toml");
+  EXPECT_NE(said.find("state 'stuck': no decision leads out of it"), std::string::npos) << said;
 }
 
 }  // namespace
