@@ -88,7 +88,7 @@ TEST_F(TreeTest, GoesFromStateToStateAndSaysWhy) {
   EXPECT_EQ(text(state_.active[0].decision), "kicked");
 }
 
-TEST_F(TreeTest, WhatIsBelowBeginsAnewWhenTheStateAboveIsEnteredAnew) {
+TEST_F(TreeTest, ADecisionOfAllStatesComesFirstAndEndsWhatIsBelow) {
   board_.seen = true;
   board_.ball_m = 0.1;
   run(), run();
@@ -100,6 +100,26 @@ TEST_F(TreeTest, WhatIsBelowBeginsAnewWhenTheStateAboveIsEnteredAnew) {
   board_.ball_m = 5;
   EXPECT_EQ(run(), "play/approach go_to/walk");
   EXPECT_EQ(state_.active[1].entered, now_);
+}
+
+TEST_F(TreeTest, TwoStatesThatRunTheSameOptionOneAfterTheOtherBeginItTwice) {
+  Tree<Board> tree;
+  const auto done = [](const Board&, Look& look) { return look.done(); };
+  auto& root = tree.option("root");
+  root.state("first").calls("walk").to("second", "there", done);
+  root.state("second").calls("walk").to("end", "there", done);
+  root.state("end").is_final();
+  auto& walk = tree.option("walk");
+  walk.state("go").to("there", "late", [](const Board&, Look& look) { return look.in_option_s() >= 1; });
+  walk.state("there").is_final();
+  ASSERT_EQ(tree.resolve(), std::vector<std::string>{});
+  std::string path;
+  for (int i = 0; i < 6; ++i) {
+    now_.ns += 1'000'000'000;
+    tree.step(progress_, board_, now_, {}, state_);
+    for (std::uint32_t d = 0; d < state_.depth; ++d) path += std::string(text(state_.active[d].state)) + " ";
+  }
+  EXPECT_EQ(path, "first go first there second go second there end end ");
 }
 
 TEST_F(TreeTest, AForcedStateIsHeldAndLetGo) {
