@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "msg/actuators.hpp"
+#include "msg/behaviour.hpp"
 #include "msg/camera_model.hpp"
 #include "msg/camera_pose.hpp"
 #include "msg/can.hpp"
@@ -44,13 +45,14 @@ struct Types {
 };
 
 // In order of name.
-using Known = Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallModel, BallSighting, BaroSample,
-                    BatterySample, CameraModel, CameraPose, CanFrame, Datagram, FieldPose, FlightSetpoint, GaitState,
-                    GazeCommand, GazeState, GnssSample, GroundMotion, GuardianState, HeadState, Image, ImuSample,
-                    JointState, JointTrajectory, KickRequest, MagSample, MateState, MissionState, MotionField, NavState,
-                    ObstacleModel, OperatorLink, PadSighting, PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors,
-                    RangeSample, RcSample, RefereeState, SafetyState, SoccerReport, SoccerSight, SolePressure,
-                    TeamModel, TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
+using Known =
+    Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallModel, BallSighting, BaroSample, BatterySample,
+          BehaviourState, CameraModel, CameraPose, CanFrame, Datagram, FieldPose, FlightSetpoint, GaitState,
+          GazeCommand, GazeState, GnssSample, GroundMotion, GuardianState, HeadState, Image, ImuSample, JointState,
+          JointTrajectory, KickRequest, MagSample, MateState, MissionState, MotionField, NavState, ObstacleModel,
+          OperatorLink, PadSighting, PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors, RangeSample, RcSample,
+          RefereeState, SafetyState, SoccerReport, SoccerSight, SolePressure, TeamModel, TeamPose, TeamState,
+          TextValues, VelocityCommand, WrenchSetpoint>;
 
 /// The FromMate of a known type, put together from its description: a static one for each would cost every robot more
 /// memory than its messages, and only programs that look at robots ask.

@@ -48,6 +48,17 @@ Json named(const Json& value, const FieldRemark& remark) {
   return all;
 }
 
+/// Bytes up to the first zero as text; what is not printable ASCII becomes '?', so that a damaged message stays JSON.
+std::string ascii_text(const Json& bytes) {
+  std::string text;
+  for (const Json& one : bytes) {
+    const std::uint64_t byte = one.is_number_integer() ? one.get<std::uint64_t>() : 0;
+    if (byte == 0) break;
+    text += byte >= 0x20 && byte < 0x7F ? static_cast<char>(byte) : '?';
+  }
+  return text;
+}
+
 /// The object with names in the place of numbers (`beside` false) or in fields of their own.
 Json object_named(const Json& object, const record::Ros2Schema& schema, const record::Ros2Schema::Type& type,
                   bool beside) {
@@ -67,9 +78,14 @@ Json object_named(const Json& object, const record::Ros2Schema& schema, const re
       out[key] = std::move(inner);
     } else {
       const FieldRemark remark = remark_of(*field);
-      const Json name = remark.names.empty() ? value : named(value, remark);
+      const bool is_text = remark.unit == "ascii" && value.is_array();
+      Json name = value;
+      if (is_text)
+        name = ascii_text(value);
+      else if (!remark.names.empty())
+        name = named(value, remark);
       out[key] = beside ? value : name;
-      if (beside && !remark.names.empty()) out[key + "_name"] = name;
+      if (beside && (is_text || !remark.names.empty())) out[key + "_name"] = name;
     }
   }
   return out;

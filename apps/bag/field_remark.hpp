@@ -24,7 +24,7 @@ FieldRemark remark_of(const record::Ros2Field& field);
 /// "armed"; of bits "lease, limit", or "none". A value or bit without a name stays a number: "7", "lease, 512".
 std::string value_name(const FieldRemark& remark, std::uint64_t value);
 
-/// Puts names in the place of the numbers of all fields that have them.
+/// Puts names in the place of the numbers of all fields that have them, and text in the place of bytes ("[ascii]").
 void put_names(nlohmann::ordered_json& message, const record::Ros2Schema& schema);
 
 /// Adds behind each such field F another one, F_name.
