@@ -6,6 +6,7 @@ namespace sinew::soccer {
 namespace {
 
 constexpr double kNear_m = 4;
+constexpr std::size_t kMostSamples = 320 * 240;                           // each second pixel of 640 x 480
 constexpr std::uint32_t kSamples = 60;                                    // of the picture's width
 constexpr double kChromaStep = 0.015, kLumaStep = 6, kSpreadStep = 0.01;  // of the table's look
 
@@ -56,32 +57,38 @@ void FieldColours::build() {
       }
 }
 
+CarpetMeter::CarpetMeter() { sample_.reserve(kMostSamples); }
+
 bool CarpetMeter::measure(const vision::ImageView& image, const GroundView& view, CarpetLook& look) {
   count_.fill(0);
   const std::uint32_t step = std::max(2U, image.width / kSamples / 2 * 2);
-  // Samples of the ground, first counted by shares of chroma in cells of 1/64.
-  const auto each = [&](const auto& use) {
-    std::uint32_t asked = 0;
-    for (std::uint32_t y = step / 2; y < image.height; y += step) {
-      const std::uint8_t* row = image.row(y);
-      for (std::uint32_t x = 0; x + 1 < image.width; x += step) {
-        const auto p = view.ground(x, y);
-        if (!p) continue;
-        const double dx = p->x_m - view.camera_m().x, dy = p->y_m - view.camera_m().y;
-        if (dx * dx + dy * dy > kNear_m * kNear_m) continue;
-        const std::uint8_t* pair = row + std::size_t{x} * 2;
-        const double luma = 0.5 * (pair[0] + pair[2]);
-        ++asked;
-        if (luma < 12 || luma > 235) continue;
-        const double u = share(pair[1], luma), v = share(pair[3], luma);
-        if (may_be_carpet(u, v)) use(luma, u, v);
-      }
+  sample_.clear();
+  std::uint32_t asked = 0;
+  for (std::uint32_t y = step / 2; y < image.height; y += step) {
+    const std::uint8_t* row = image.row(y);
+    for (std::uint32_t x = 0; x + 1 < image.width; x += step) {
+      const auto p = view.ground(x, y);
+      if (!p) continue;
+      const double dx = p->x_m - view.camera_m().x, dy = p->y_m - view.camera_m().y;
+      if (dx * dx + dy * dy > kNear_m * kNear_m) continue;
+      const std::uint8_t* pair = row + std::size_t{x} * 2;
+      const double luma = 0.5 * (pair[0] + pair[2]);
+      ++asked;
+      if (luma < 12 || luma > 235) continue;
+      const double u = share(pair[1], luma), v = share(pair[3], luma);
+      if (may_be_carpet(u, v) && sample_.size() < kMostSamples)
+        sample_.push_back({static_cast<std::uint16_t>(pair[0] + pair[2]), pair[1], pair[3]});
     }
-    return asked;
+  }
+  const auto each = [&](const auto& use) {
+    for (const Sample& s : sample_) {
+      const double luma = 0.5 * s.luma2;
+      use(luma, share(s.u, luma), share(s.v, luma));
+    }
   };
   const auto cell = [](double s) { return std::clamp(static_cast<int>(s * 64 + 48), 0, 63); };
-  const std::uint32_t asked =
-      each([&](double, double u, double v) { ++count_[static_cast<std::size_t>(cell(u) * 64 + cell(v))]; });
+  // Counted by shares of chroma in cells of 1/64.
+  each([&](double, double u, double v) { ++count_[static_cast<std::size_t>(cell(u) * 64 + cell(v))]; });
   if (asked < 40) return false;
   std::uint32_t most = 0;
   int at_u = 0, at_v = 0;

@@ -50,13 +50,21 @@ class FieldColours {
 };
 
 /// Measures the carpet in a yuyv picture: the densest chroma among pixels that show the ground up to 4 m away and may
-/// be green. False, and `look` as it was: too little of the picture is such. Thread:  owner.   RT: yes.
+/// be green. False, and `look` as it was: too little of the picture is such.
+/// Thread:  owner.   RT: yes, but the constructor.
 class CarpetMeter {
  public:
+  CarpetMeter();
+  /// Pictures of up to 640 x 480.
   bool measure(const vision::ImageView& image, const GroundView& view, CarpetLook& look);
 
  private:
+  struct Sample {
+    std::uint16_t luma2;  // of two pixels, added
+    std::uint8_t u, v;
+  };
   std::array<std::uint16_t, 64 * 64> count_{};
+  std::vector<Sample> sample_;  // of the ground, of a colour that a carpet may have
 };
 
 }  // namespace sinew::soccer
