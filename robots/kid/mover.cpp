@@ -250,8 +250,8 @@ bool Mover::play(PoseMotion motion) noexcept {
   return true;
 }
 
-/// A body at rest on the ground rises; from its side it turns onto its front first, and one that
-/// leans on its own limbs stretches them.
+/// A body at rest on the ground rises; from its side it turns onto its front first, and one that leans on its own limbs
+/// stretches them.
 void Mover::get_up(const rt::Step& step) noexcept {
   const math::Vec3 up = walk_->tilt.up();
   if (mode_ != GaitMode::rise) {
@@ -309,7 +309,8 @@ void Mover::move(const rt::Step& step) noexcept {
     if (stands && asks_to_land() && msg::seconds(step.now - since_) > walk_params_.settle_s) get_down(step);
     return;
   }
-  if (mode_ == GaitMode::fall && (fall_.lies() || fall_.rests_s() > kLeanS)) enter(GaitMode::lie, step.now);
+  const bool leans = std::min(fall_.rests_s(), msg::seconds(step.now - since_)) > kLeanS;
+  if (mode_ == GaitMode::fall && (fall_.lies() || leans)) enter(GaitMode::lie, step.now);
   if (mode_ == GaitMode::lie && msg::seconds(step.now - since_) > kLieS) get_up(step);
   if (walk_->tilt.up().z > kUpright && msg::seconds(step.now - since_) > kUprightS) enter(GaitMode::limp, step.now);
 }

@@ -64,7 +64,7 @@ class Kid(unittest.TestCase):
         self.replay("--from", "20")
 
     def test_rises_however_it_lies_and_walks(self):
-        for seed, lie in (("1", 1), ("2", 2), ("1", 4)):  # front, back, right side: then on its folded legs
+        for seed, lie in (("1", 1), ("2", 2), ("1", 4)):  # front, back, right side
             with self.subTest(seed=seed, lie=lie):
                 _, summary = run(self.folder, "--set", f"sim.start_lie={lie}", "--seed", seed, "--duration", "14")
                 plant = summary["report"]

@@ -195,6 +195,21 @@ TEST(KidMover, AFallBreaksOffAKick) {
   EXPECT_EQ(gait.falls, 1u);
 }
 
+TEST(KidMover, ABodyThatRestsOnItsOwnLimbsStretchesThem) {
+  MoverRig m;
+  m.run(1);
+  m.accel_mps2 = {-9.81, 0, 0};
+  msg::GaitState gait;
+  for (int i = 0; i < 500 && gait.mode != GaitMode::fall; ++i) gait = m.step();
+  ASSERT_EQ(gait.mode, GaitMode::fall);
+  m.accel_mps2 = {-6.5, 0, 7.3};  // 42 degrees: neither upright nor lying
+  const msg::Time fell = m.now;
+  for (int i = 0; i < 500 && gait.mode != GaitMode::rise; ++i) gait = m.step();
+  EXPECT_EQ(gait.mode, GaitMode::rise);
+  EXPECT_GT(m.now - fell, 1s) << "it may still be on its way down";
+  EXPECT_EQ(gait.falls, 1u);
+}
+
 /// The head of a body that stands upright, 0.3 m over the ground, and does at once what it is told.
 struct GazeRig {
   robots::RobotBody robot = op3();
