@@ -29,7 +29,9 @@ struct Progress {
   struct Level {
     std::int64_t entered_ns = 0, state_entered_ns = 0;
     std::uint32_t option = 0, state = 0;
-    std::uint32_t decision = kNone, common = 0;  // that led into the state; common: 1 when it is one of `always`
+    /// That led into the state, kNone: none did. common 1: its place in `always`. 0: its place in the state that it
+    /// left, and in the upper 16 bits that state.
+    std::uint32_t decision = kNone, common = 0;
   };
   std::array<Level, msg::kMaxBehaviourDepth> level{};
   std::uint32_t depth = 0, changes = 0;
