@@ -16,7 +16,7 @@ void FigureWalk::declare(rt::Declaration& d) {
   d.out("velocity", velocity_);
   d.out("mission", mission_);
   d.out("gaze", gaze_);
-  d.state(in_phase_s_, since_, phase_, leg_);
+  d.state(in_phase_s_, look_s_, since_, phase_, leg_);
   d.param("stand_s", stand_s_, {.unit = "s", .min = 0, .max = 60, .doc = "before and after the figure"});
   d.param("leg_s", leg_s_, {.unit = "s", .min = 0.5, .max = 600, .doc = "of each of its straight parts"});
   d.param("forward_mps", forward_mps_, {.unit = "m/s", .min = 0, .max = 1, .doc = "forward, and in the circles"});
@@ -25,6 +25,11 @@ void FigureWalk::declare(rt::Declaration& d) {
   d.param("turn_radps", turn_radps_, {.unit = "rad/s", .min = 0.05, .max = 3, .doc = "in the circles"});
   d.param("heed_referee", heed_referee_, {.doc = "walk only while the game is on and it is not penalised"});
   d.param("looks_at_ball", looks_at_ball_, {.doc = "false: straight ahead; so also in the circles"});
+  d.param("look_around_s", look_around_s_,
+          {.unit = "s", .min = 0, .max = 60, .doc = "time of a look to the left and to the right; 0: it looks ahead"});
+  d.param("look_around_rad", look_around_rad_,
+          {.unit = "rad", .min = 0, .max = 2, .doc = "how far to either side it looks then"});
+  d.param("look_down_rad", look_down_rad_, {.unit = "rad", .min = -0.5, .max = 1.2, .doc = "and how far down"});
   d.param("ball_x_m", ball_x_m_,
           {.unit = "m", .min = -10, .max = 10, .doc = "where the ball lies, in the odometry's frame: ahead"});
   d.param("ball_y_m", ball_y_m_, {.unit = "m", .min = -10, .max = 10, .doc = "to the left"});
@@ -32,7 +37,7 @@ void FigureWalk::declare(rt::Declaration& d) {
 }
 
 void FigureWalk::reset() {
-  in_phase_s_ = 0;
+  in_phase_s_ = look_s_ = 0;
   since_ = {};
   phase_ = MissionPhase::wait;
   leg_ = 0;
@@ -90,6 +95,14 @@ rt::StepStatus FigureWalk::step(const rt::Step& step) noexcept {
   if (looks_at_ball_ && !circles) {  // in a circle the neck does not reach that far round
     gaze.aim = msg::GazeAim::point;
     gaze.to = {ball_x_m_, ball_y_m_, ball_z_m_};
+  }
+  look_s_ += msg::seconds(step.dt);
+  if (look_around_s_ > 0) {
+    const double pan = look_around_rad_ * math::sin(2 * math::kPi * look_s_ / look_around_s_);
+    const math::SinCos side = math::sincos(pan), down = math::sincos(look_down_rad_);
+    gaze.aim = msg::GazeAim::direction;
+    gaze.frame = msg::GazeFrame::robot;
+    gaze.to = {down.cos * side.cos, down.cos * side.sin, -down.sin};
   }
   msg::MissionState& mission = mission_.loan();
   mission.stamp = step.now;

@@ -6,6 +6,7 @@
 #include "robots/kid/mover.hpp"
 #include "robots/robot_kind.hpp"
 #include "soccer/sight/sight.hpp"
+#include "soccer/world/locate.hpp"
 
 namespace sinew::robots {
 namespace {
@@ -17,6 +18,7 @@ void add_kid_modules(rt::ModuleTypes& types) {
   types.add<kid::FigureWalk>("kid::FigureWalk");
   types.add<kid::KickPlan>("kid::KickPlan");
   types.add<soccer::Sight>("soccer::Sight");
+  types.add<soccer::Locate>("soccer::Locate");
 }
 
 constexpr BodyModule kKidModules[] = {

@@ -6,8 +6,8 @@ namespace sinew::soccer {
 namespace {
 
 using Kind = ScoredSight::Kind;
-constexpr double kSame_m = 0.35, kSameLine_m = 0.25, kSameLine_rad = 0.3;  // sightings of one thing
-constexpr double kShortestLine_m = 0.3, kFarthest_m = 4.5;
+constexpr double kSameMark_m = 0.35, kSameLine_m = 0.25, kSameLine_rad = 0.3;  // sightings of one thing
+constexpr double kShortestLine_m = 0.3, kRemembered_m = 4.5;
 
 Kind kind_of(msg::FieldMark mark) {
   switch (mark) {
@@ -28,12 +28,12 @@ double turn_between_lines(double a, double b) {
 
 bool same_thing(const RememberedSight& a, const RememberedSight& b) {
   if (a.kind != b.kind) return false;
-  if (a.kind != Kind::line) return math::hypot(a.x_m - b.x_m, a.y_m - b.y_m) < kSame_m;
+  if (a.kind != Kind::line) return math::hypot(a.x_m - b.x_m, a.y_m - b.y_m) < kSameMark_m;
   if (turn_between_lines(a.heading_rad, b.heading_rad) > kSameLine_rad) return false;
   const math::SinCos t = math::sincos(a.heading_rad);
   const double dx = b.x_m - a.x_m, dy = b.y_m - a.y_m;
   return math::fabs(t.cos * dy - t.sin * dx) < kSameLine_m &&
-         math::fabs(t.cos * dx + t.sin * dy) < a.half_m + b.half_m + kSame_m;
+         math::fabs(t.cos * dx + t.sin * dy) < a.half_m + b.half_m + kSameMark_m;
 }
 
 }  // namespace
@@ -69,7 +69,7 @@ void SightMemory::see(const msg::SoccerSight& sight, double keep_s) {
     const msg::GroundPoint &a = sight.line[i].from, &b = sight.line[i].to;
     const double dx = b.x_m - a.x_m, dy = b.y_m - a.y_m, length = math::hypot(dx, dy);
     const double x = 0.5 * (double{a.x_m} + b.x_m), y = 0.5 * (double{a.y_m} + b.y_m);
-    if (!(length > kShortestLine_m) || !(math::hypot(x, y) < kFarthest_m)) continue;
+    if (!(length > kShortestLine_m) || !(math::hypot(x, y) < kRemembered_m)) continue;
     const double nx = -dy / length, ny = dx / length;
     const auto across = [&](const msg::GroundPoint& p) {
       return nx * nx * p.xx_m2 + 2 * nx * ny * p.xy_m2 + ny * ny * p.yy_m2;
@@ -80,7 +80,7 @@ void SightMemory::see(const msg::SoccerSight& sight, double keep_s) {
   }
   for (std::uint32_t i = 0; i < std::min<std::size_t>(sight.marks, sight.mark.size()); ++i) {
     const msg::SeenMark& m = sight.mark[i];
-    if (!(math::hypot(m.at.x_m, m.at.y_m) < kFarthest_m)) continue;
+    if (!(math::hypot(m.at.x_m, m.at.y_m) < kRemembered_m)) continue;
     const FieldPoint at = robot.out(m.at.x_m, m.at.y_m);
     add({kind_of(m.kind), 1, at.x_m, at.y_m, math::wrap_pi(robot.heading_rad + m.heading_rad), 0,
          0.5 * (double{m.at.xx_m2} + m.at.yy_m2), sight.stamp.ns});
