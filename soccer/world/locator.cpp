@@ -19,6 +19,7 @@ constexpr double kStartPlace_m = 0.3, kStartHeading_rad = 0.15;
 constexpr double kSame_m = 0.35, kSame_rad = 0.3;
 constexpr double kLeastWeight = -14, kOffCarpet_m = 1.3;
 constexpr double kFound_m = 0.35, kFoundFit = 0.55, kFoundShare = 0.75, kFoundUsed = 20;
+constexpr double kTriedUsed = 8;    // sightings, before a place may lead or raise a doubt about the leader
 constexpr double kSlip_m = 0.8, kSlip_rad = 0.4;  // how far a place may have been off that is replaced by another
 constexpr double kHalf_m = 0.12;    // how well x is known when it is first found
 constexpr double kCarried = 0.1;    // probability that somebody carried the robot when its place jumps
@@ -337,7 +338,8 @@ void Locator::tidy() {
   }
   s_.count = kept;
   for (std::size_t i = 1; i < s_.count; ++i) {
-    if (s_.hypothesis[i].log_weight < s_.hypothesis[0].log_weight + options_.lead) continue;
+    const Hypothesis& h = s_.hypothesis[i];
+    if (h.used < kTriedUsed || h.log_weight < s_.hypothesis[0].log_weight + options_.lead) continue;
     std::swap(s_.hypothesis[0], s_.hypothesis[i]);
     ++s_.relocations;
   }
@@ -394,7 +396,8 @@ bool Locator::is_sure() const {
   if (s_.count == 0) return false;
   const Hypothesis& h = s_.hypothesis[0];
   double all = 0;
-  for (const Hypothesis& o : hypotheses()) all += math::exp(o.log_weight);
+  for (const Hypothesis& o : hypotheses())
+    if (o.used >= kTriedUsed) all += math::exp(o.log_weight);
   return h.covariance(0, 0) < kFound_m * kFound_m && h.covariance(1, 1) < kFound_m * kFound_m && h.fit > kFoundFit &&
          math::exp(h.log_weight) > kFoundShare * all && h.used >= kFoundUsed;
 }
