@@ -73,7 +73,8 @@ void FieldWalk::look() {
 
   const double pan = 1.1 * math::sin(2 * math::kPi * now_s() / 4 + phase_), down = camera_ == 0 ? 0.35 : 0.35 + 0.7;
   const math::Quat optical{0.5, -0.5, 0.5, -0.5};
-  const math::Quat q = math::Quat::from_axis_angle({0, 0, 1}, pan) * math::Quat::from_axis_angle({0, 1, 0}, down) * optical;
+  const math::Quat q =
+      math::Quat::from_axis_angle({0, 0, 1}, pan) * math::Quat::from_axis_angle({0, 1, 0}, down) * optical;
   const auto pose = [&](const math::Quat& by) {
     msg::CameraPose p;
     p.p_world_m = {0, 0, kCameraHigh_m};
@@ -82,8 +83,8 @@ void FieldWalk::look() {
   };
   const vision::Pinhole camera{kFocal, kFocal, 0.5 * (kWidth - 1), 0.5 * (kHeight - 1)};
   const GroundView believed(camera, pose({}), {}, {});
-  const GroundView truly(camera, pose(math::Quat::exp({tilt_x_ + sway_x_, tilt_y_ + sway_y_, random_.normal(0, 0.006)})),
-                         {}, {});
+  const GroundView truly(
+      camera, pose(math::Quat::exp({tilt_x_ + sway_x_, tilt_y_ + sway_y_, random_.normal(0, 0.006)})), {}, {});
   // Where a place of the field is in the picture, and where the robot takes it to be.
   const auto in_picture = [&](const FieldPoint& f, double margin_px, double farthest) {
     const FieldPoint r = at_.in(f.x_m, f.y_m);
@@ -108,7 +109,8 @@ void FieldWalk::look() {
   for (const soccer::FieldLine& l : field_.lines()) {
     const double length = math::hypot(l.to.x_m - l.from.x_m, l.to.y_m - l.from.y_m);
     const auto at = [&](double s) {
-      return FieldPoint{l.from.x_m + s / length * (l.to.x_m - l.from.x_m), l.from.y_m + s / length * (l.to.y_m - l.from.y_m)};
+      return FieldPoint{l.from.x_m + s / length * (l.to.x_m - l.from.x_m),
+                        l.from.y_m + s / length * (l.to.y_m - l.from.y_m)};
     };
     double begin = -1, best = 0, best_begin = 0;
     for (double s = 0; s <= length + kPiece_m; s += kPiece_m) {
@@ -144,7 +146,10 @@ void FieldWalk::look() {
     mark(seen_at({0, 0}, 1.2, 0.05), msg::FieldMark::circle, chance(0.8) ? along : math::kNan);
   }
   if (chance(e_.false_marks))
-    mark(somewhere(), chance(0.6) ? msg::FieldMark::circle : chance(0.5) ? msg::FieldMark::corner_l : msg::FieldMark::corner_t,
+    mark(somewhere(),
+         chance(0.6)   ? msg::FieldMark::circle
+         : chance(0.5) ? msg::FieldMark::corner_l
+                       : msg::FieldMark::corner_t,
          random_.uniform(-math::kPi, math::kPi));
   if (chance(e_.false_penalties)) mark(somewhere(), msg::FieldMark::penalty_mark, math::kNan);
   for (const FieldPoint& p : field_.posts())

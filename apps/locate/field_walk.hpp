@@ -9,12 +9,12 @@
 namespace sinew::locate {
 
 struct WalkErrors {
-  double tilt_rad = 0.015;         // lasting, of the torso about both axes
-  double tilt_sway_rad = 0.007;    // within a step
+  double tilt_rad = 0.015;       // lasting, of the torso about both axes
+  double tilt_sway_rad = 0.007;  // within a step
   double forward_scale = 0.06, side_scale = 0.1, turn_scale = 0.02, slip = 0.05, gyro_radps = 0.002;
-  double bump_every_s = 20;        // somebody runs into it: 0.1 m, 0.15 rad
+  double bump_every_s = 20;  // somebody runs into it: 0.1 m, 0.15 rad
   double line_seen = 0.85, mark_seen = 0.6, circle_seen = 0.5, penalty_seen = 0.4, post_seen = 0.5;
-  double false_line = 0.06;        // of the lines
+  double false_line = 0.06;                                                 // of the lines
   double false_marks = 0.016, false_penalties = 0.025, false_posts = 0.08;  // for each picture
 };
 

@@ -45,11 +45,12 @@ void PoseErrors::add(const PoseErrors& o) {
 std::string text(PoseErrors e) {
   char line[240];
   const double deg = 180 / math::kPi, all = static_cast<double>(std::max<std::uint64_t>(1, e.poses));
-  std::snprintf(line, sizeof line,
-                "%llu poses: off %.3f m median, %.3f p95; %.2f degrees median, %.2f p95; wrong half %.3f %%; not found %.2f %%",
-                static_cast<unsigned long long>(e.poses), quantile(e.off_m, 0.5), quantile(e.off_m, 0.95),
-                quantile(e.off_rad, 0.5) * deg, quantile(e.off_rad, 0.95) * deg,
-                100 * static_cast<double>(e.wrong_half) / all, 100 * static_cast<double>(e.lost) / all);
+  std::snprintf(
+      line, sizeof line,
+      "%llu poses: off %.3f m median, %.3f p95; %.2f degrees median, %.2f p95; wrong half %.3f %%; not found %.2f %%",
+      static_cast<unsigned long long>(e.poses), quantile(e.off_m, 0.5), quantile(e.off_m, 0.95),
+      quantile(e.off_rad, 0.5) * deg, quantile(e.off_rad, 0.95) * deg, 100 * static_cast<double>(e.wrong_half) / all,
+      100 * static_cast<double>(e.lost) / all);
   return line;
 }
 

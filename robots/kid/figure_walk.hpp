@@ -10,9 +10,9 @@
 namespace sinew::kid {
 
 /// Walks a figure by itself: stands, goes forward, to both sides and backward, a circle each way, and stands again.
-/// It looks straight ahead, or at a ball whose place is known, except in the circles; or from side to side all the time.
-/// Thread:  executor, 10 Hz or more.   RT: yes.
-/// Errors:  stale without a fresh gait: nothing is published, and the walk stands.
+/// It looks straight ahead, or at a ball whose place is known, except in the circles; or from side to side all the
+/// time. Thread:  executor, 10 Hz or more.   RT: yes. Errors:  stale without a fresh gait: nothing is published, and
+/// the walk stands.
 ///          A failsafe that asks to land ends the figure.
 /// With `heed_referee` it walks only while the referee says that the game is on and that it may play, and stands
 /// otherwise, also when nothing was heard of the referee for 3 s.

@@ -64,7 +64,8 @@ void Locate::heed_referee(rt::Time now) {
   if (!said) return;
   const bool penalised = said->penalty != msg::GamePenalty::none;
   if (heard_.penalised != 0 && !penalised) locator_.reenter();
-  if (heard_.half != 0 && said->half != heard_.half) locator_.forget(true);  // ends are changed: it walks to its own half
+  if (heard_.half != 0 && said->half != heard_.half)
+    locator_.forget(true);  // ends are changed: it walks to its own half
   heard_.penalised = penalised ? 1 : 0;
   heard_.half = said->half;
   heard_.attacks_right = said->attacks_right;
@@ -77,7 +78,9 @@ void Locate::heed_mates() {
   if (!ball || all.empty()) return;
   for (const msg::FromMate<msg::SoccerReport>& m : mates_) {
     const msg::SoccerReport& r = m.message;
-    const auto is_fresh = [&](msg::Time seen) { return seen.ns > 0 && msg::seconds(ball->stamp - seen) < kBallIsFresh_s; };
+    const auto is_fresh = [&](msg::Time seen) {
+      return seen.ns > 0 && msg::seconds(ball->stamp - seen) < kBallIsFresh_s;
+    };
     if (r.plays == 0 || double{r.mirrored} > kMateIsSure || !(r.ball_confidence > 0.5F) || !is_fresh(r.ball_seen) ||
         !is_fresh(ball->seen) || !(ball->confidence > 0.5))
       continue;

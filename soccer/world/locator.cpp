@@ -10,20 +10,20 @@ using Vec5 = math::Mat<1, 5>;
 // Shares of sightings that are of nothing on the field: docs/soccer-vision.md.
 constexpr double kWrongLine = 0.08, kWrongCorner = 0.05, kWrongCircle = 0.08, kWrongMark = 0.35, kWrongPost = 0.5;
 constexpr double kLineFloor_m = 0.02, kCornerFloor_m = 0.03, kCircleFloor_m = 0.08, kPostFloor_m = 0.08;
-constexpr double kLineTurn_rad = 0.5;    // beyond it a line is not that line
-constexpr double kSticksOut_m = 0.25;    // standard deviation of how far pieces stick out over a line's ends
-constexpr double kAmbiguous = 3;         // two lines that fit nearly the same tell nothing of where it is
-constexpr double kFitShare = 0.03;       // of each sighting in the running share that agrees
-constexpr double kSearchEvery = 5;       // pictures
+constexpr double kLineTurn_rad = 0.5;  // beyond it a line is not that line
+constexpr double kSticksOut_m = 0.25;  // standard deviation of how far pieces stick out over a line's ends
+constexpr double kAmbiguous = 3;       // two lines that fit nearly the same tell nothing of where it is
+constexpr double kFitShare = 0.03;     // of each sighting in the running share that agrees
+constexpr double kSearchEvery = 5;     // pictures
 constexpr double kStartPlace_m = 0.3, kStartHeading_rad = 0.15;
 constexpr double kSame_m = 0.35, kSame_rad = 0.3;
 constexpr double kLeastWeight = -14, kOffCarpet_m = 1.3;
 constexpr double kFound_m = 0.35, kFoundFit = 0.55, kFoundShare = 0.75, kFoundUsed = 20;
-constexpr double kTriedUsed = 8;    // sightings, before a place may lead or raise a doubt about the leader
+constexpr double kTriedUsed = 8;  // sightings, before a place may lead or raise a doubt about the leader
 constexpr double kSlip_m = 0.8, kSlip_rad = 0.4;  // how far a place may have been off that is replaced by another
-constexpr double kHalf_m = 0.12;    // how well x is known when it is first found
-constexpr double kCarried = 0.1;    // probability that somebody carried the robot when its place jumps
-constexpr double kSurely = 0.01;    // probability that a rule is wrong
+constexpr double kHalf_m = 0.12;                  // how well x is known when it is first found
+constexpr double kCarried = 0.1;                  // probability that somebody carried the robot when its place jumps
+constexpr double kSurely = 0.01;                  // probability that a rule is wrong
 
 double quadratic(const msg::GroundPoint& p, double nx, double ny) {
   return nx * nx * p.xx_m2 + 2 * nx * ny * p.xy_m2 + ny * ny * p.yy_m2;
@@ -99,8 +99,8 @@ void Locator::move_to(const FieldAt& odometry, double dt_s, bool on_its_feet) {
   const double way = math::hypot(step.x_m, step.y_m), turn = math::fabs(step.heading_rad);
   const double fall = on_its_feet ? 0 : 1;
   const double place = o.way_sigma * o.way_sigma * way + (o.sway_mps * o.sway_mps + fall * o.fall_m * o.fall_m) * dt_s;
-  const double heading = o.turn_sigma * o.turn_sigma * turn +
-                         (o.drift_radps * o.drift_radps + fall * o.fall_rad * o.fall_rad) * dt_s;
+  const double heading =
+      o.turn_sigma * o.turn_sigma * turn + (o.drift_radps * o.drift_radps + fall * o.fall_rad * o.fall_rad) * dt_s;
   const double kept = math::exp(-dt_s / o.tilt_s);
   for (std::size_t i = 0; i < s_.count; ++i) {
     Hypothesis& h = s_.hypothesis[i];
@@ -135,11 +135,13 @@ bool Locator::use_line(Hypothesis& h, const msg::SeenLine& line, double& log_lik
   const double nx = by_x ? 0 : 1, ny = by_x ? 1 : 0;
   const FieldPoint n = a.in_robot(nx, ny);
   const double scale = o.sight_scale * o.sight_scale, floor = kLineFloor_m * kLineFloor_m;
-  const double ra = scale * quadratic(line.from, n.x_m, n.y_m) + floor, rb = scale * quadratic(line.to, n.x_m, n.y_m) + floor;
+  const double ra = scale * quadratic(line.from, n.x_m, n.y_m) + floor,
+               rb = scale * quadratic(line.to, n.x_m, n.y_m) + floor;
   const Vec5 row_a = a.row(nx, ny), row_b = b.row(nx, ny);
   const double sa = (row_a * h.covariance * row_a.transpose()).a[0] + ra;
   const double sb = (row_b * h.covariance * row_b.transpose()).a[0] + rb;
-  const double low = by_x ? std::min(a.at.x_m, b.at.x_m) : std::min(a.at.y_m, b.at.y_m), high = low + (by_x ? math::fabs(dx) : math::fabs(dy));
+  const double low = by_x ? std::min(a.at.x_m, b.at.x_m) : std::min(a.at.y_m, b.at.y_m),
+               high = low + (by_x ? math::fabs(dx) : math::fabs(dy));
   double best = math::kInf, second = math::kInf, best_at = 0;
   for (const FieldLine& l : field_.lines()) {
     if ((l.from.y_m == l.to.y_m) != by_x) continue;
@@ -191,8 +193,8 @@ bool Locator::use_place(Hypothesis& h, const msg::GroundPoint& seen, std::span<c
       turn = math::wrap_pi(c.heading_rad - h.at.heading_rad - heading_rad);
       turn -= alike_rad * math::round(turn / alike_rad);
     }
-    const double cost = along_m * along_m / s_along + across_m * across_m / s_across +
-                        turn * turn / (r_heading + h.covariance(2, 2));
+    const double cost =
+        along_m * along_m / s_along + across_m * across_m / s_across + turn * turn / (r_heading + h.covariance(2, 2));
     if (cost < best) best = cost, e_along = along_m, e_across = across_m, e_heading = turn;
   }
   log_likelihood += math::log((1 - wrong) * math::exp(-0.5 * std::min(best, 60.0)) + wrong);
@@ -226,9 +228,8 @@ double Locator::use(Hypothesis& h, const msg::SoccerSight& sight) {
     const bool circle = m.kind == msg::FieldMark::circle;
     const double alike = circle ? math::kPi : m.kind == msg::FieldMark::corner_x ? math::kPi / 2 : 2 * math::kPi;
     const double wrong = corner ? kWrongCorner : circle ? kWrongCircle : kWrongMark;
-    const bool yes =
-        use_place(h, m.at, {places.data(), count}, double{m.heading_rad}, double{m.heading_sigma_rad}, alike,
-                  circle ? kCircleFloor_m : kCornerFloor_m, wrong, log_likelihood);
+    const bool yes = use_place(h, m.at, {places.data(), count}, double{m.heading_rad}, double{m.heading_sigma_rad},
+                               alike, circle ? kCircleFloor_m : kCornerFloor_m, wrong, log_likelihood);
     if (m.kind != msg::FieldMark::penalty_mark) agreed(yes);
   }
   for (std::uint32_t i = 0; i < std::min<std::size_t>(sight.lines, sight.line.size()); ++i)
@@ -246,8 +247,8 @@ double Locator::mirrored_by_rule(double x_m) const {
   return x_m < 0 ? doubt : 1 - doubt;
 }
 
-/// Of a new place. Until the first is found a rule says the half; then the last place that it was sure of, if the new one
-/// is near that or near its mirror image. Slips are near; where somebody carries the robot to is anywhere.
+/// Of a new place. Until the first is found a rule says the half; then the last place that it was sure of, if the new
+/// one is near that or near its mirror image. Slips are near; where somebody carries the robot to is anywhere.
 double Locator::mirrored_of(const FieldAt& at) const {
   if (s_.own_half != 0) return mirrored_by_rule(at.x_m);
   if (!(s_.anchor_m2 > 0)) return 0.5;
@@ -347,7 +348,8 @@ void Locator::tidy() {
 
 void Locator::see(const msg::SoccerSight& sight, bool on_its_feet) {
   const FieldAt odometry{sight.x_m, sight.y_m, sight.heading_rad};
-  const double dt = s_.stamp_ns == 0 ? 0 : std::clamp(1e-9 * static_cast<double>(sight.stamp.ns - s_.stamp_ns), 0.0, 5.0);
+  const double dt =
+      s_.stamp_ns == 0 ? 0 : std::clamp(1e-9 * static_cast<double>(sight.stamp.ns - s_.stamp_ns), 0.0, 5.0);
   if (s_.stamp_ns == 0) s_.odometry = odometry;
   move_to(odometry, dt, on_its_feet);
   s_.stamp_ns = std::max(s_.stamp_ns, sight.stamp.ns);

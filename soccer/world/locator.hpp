@@ -15,22 +15,22 @@ namespace sinew::soccer {
 
 struct LocatorOptions {
   // Of the odometry: standard deviations that grow with the root of the way.
-  double way_sigma = 0.1;              // m after 1 m
-  double turn_sigma = 0.06;            // rad after 1 rad
-  double sway_mps = 0.02;              // m after 1 s, also of a robot that stands
-  double drift_radps = 0.01;           // rad after 1 s
+  double way_sigma = 0.1;                // m after 1 m
+  double turn_sigma = 0.06;              // rad after 1 rad
+  double sway_mps = 0.02;                // m after 1 s, also of a robot that stands
+  double drift_radps = 0.01;             // rad after 1 s
   double fall_m = 0.15, fall_rad = 0.3;  // after 1 s that it is not on its feet
   // Of what is seen.
-  double sight_scale = 0.5;    // of the standard deviations in SoccerSight: the lasting part of the tilt is estimated
-  double tilt_rad = 0.02;      // of that lasting part, about both axes
-  double tilt_s = 10;          // time in which it is forgotten
-  double camera_m = 0.45;      // of the cameras over the ground
-  double gate = 16;            // squared error by covariance beyond which a sighting is taken for another thing
-  double temper = 0.25;        // share of a picture's evidence that is new: errors last over several pictures
-  double forget_s = 6;         // evidence fades
-  double memory_s = 4;         // sightings that the search uses
-  double search_penalty = 4;   // logarithm: how improbable it is that a new place is right, before it is tried
-  double lead = 1;             // logarithm: a place takes over from the last one when it is better by this
+  double sight_scale = 0.5;   // of the standard deviations in SoccerSight: the lasting part of the tilt is estimated
+  double tilt_rad = 0.02;     // of that lasting part, about both axes
+  double tilt_s = 10;         // time in which it is forgotten
+  double camera_m = 0.45;     // of the cameras over the ground
+  double gate = 16;           // squared error by covariance beyond which a sighting is taken for another thing
+  double temper = 0.25;       // share of a picture's evidence that is new: errors last over several pictures
+  double forget_s = 6;        // evidence fades
+  double memory_s = 4;        // sightings that the search uses
+  double search_penalty = 4;  // logarithm: how improbable it is that a new place is right, before it is tried
+  double lead = 1;            // logarithm: a place takes over from the last one when it is better by this
 };
 
 class Locator {
@@ -50,9 +50,9 @@ class Locator {
   struct State {
     std::array<Hypothesis, kMost> hypothesis;
     SightMemory memory;
-    FieldAt odometry;            // that the hypotheses are at
-    std::int64_t stamp_ns = 0;   // 0: nothing came yet
-    std::uint64_t count = 0;     // hypotheses, the leading one first
+    FieldAt odometry;           // that the hypotheses are at
+    std::int64_t stamp_ns = 0;  // 0: nothing came yet
+    std::uint64_t count = 0;    // hypotheses, the leading one first
     std::uint64_t pictures = 0;
     std::uint64_t relocations = 0;
     std::uint64_t own_half = 0;  // 1: the first place that it finds is in the own half
@@ -72,8 +72,8 @@ class Locator {
   void forget(bool own_half);
   /// It is put down at the touch line of its own half and looks into the field, as after a penalty.
   void reenter();
-  /// Walks on by the odometry to this picture, and takes what it shows. Pictures of several cameras may come a little out
-  /// of order.
+  /// Walks on by the odometry to this picture, and takes what it shows. Pictures of several cameras may come a little
+  /// out of order.
   void see(const msg::SoccerSight& sight, bool on_its_feet);
   /// Bayes factor, as a logarithm, for the places as they are against all turned by half a turn: a mate's ball, say.
   void weigh_halves(double log_factor);

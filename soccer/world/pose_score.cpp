@@ -106,7 +106,8 @@ void PoseScore::run(std::span<const ScoredSight> sights, ScoredPoses& poses) con
       });
       continue;
     }
-    // The nearest of the lines along x, and of those along y. The first of each goes over the middle: it has no end there.
+    // The nearest of the lines along x, and of those along y. The first of each goes over the middle: it has no end
+    // there.
     const V half = all<V>(o.half_m);
     for_each_pose(o, [&](V x, V y, V c, V s) {
       const V ux = magnitude(c * o.ahead - s * o.left), uy = magnitude(s * o.ahead + c * o.left);

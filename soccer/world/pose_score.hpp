@@ -48,7 +48,8 @@ class PoseScore {
   void score_one_by_one(std::span<const ScoredSight> sights, ScoredPoses& poses) const;
 
  private:
-  /// Of a line in the quarter: `at` across, from `low` to `high` along. A line over the middle has its low end far away.
+  /// Of a line in the quarter: `at` across, from `low` to `high` along. A line over the middle has its low end far
+  /// away.
   struct Strip {
     float at, low, high;
   };
@@ -59,8 +60,8 @@ class PoseScore {
   template <class V>
   void run(std::span<const ScoredSight> sights, ScoredPoses& poses) const;
 
-  std::array<Strip, 3> along_{};   // lines along x
-  std::array<Strip, 4> across_{};  // lines along y
+  std::array<Strip, 3> along_{};    // lines along x
+  std::array<Strip, 4> across_{};   // lines along y
   std::array<Places, 7> places_{};  // by kind
 };
 

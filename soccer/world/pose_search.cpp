@@ -7,7 +7,7 @@ namespace {
 
 using Kind = ScoredSight::Kind;
 constexpr std::size_t kMostMarks = 5;
-constexpr double kOutside_m = 1.1;                 // where a robot may still stand: on the carpet
+constexpr double kOutside_m = 1.1;                  // where a robot may still stand: on the carpet
 constexpr double kApart_m = 0.6, kApart_rad = 0.4;  // of poses unlike each other
 constexpr double kPlace_m = 0.12, kAngle = 0.12;    // what a sighting is wrong by beside its own variance
 constexpr double kScatter_m = 0.2, kScatter_rad = 0.1;
@@ -90,8 +90,12 @@ void PoseSearch::add_candidates() {
   // Two lines that cross: one along x, the other along y.
   const FieldSize& f = field_.size();
   const double x = f.length_m / 2, y = f.width_m / 2;
-  const std::array<double, 6> ys{y, -y, f.penalty_area_width_m / 2, -f.penalty_area_width_m / 2,
-                                 f.goal_area_width_m / 2, -f.goal_area_width_m / 2};
+  const std::array<double, 6> ys{y,
+                                 -y,
+                                 f.penalty_area_width_m / 2,
+                                 -f.penalty_area_width_m / 2,
+                                 f.goal_area_width_m / 2,
+                                 -f.goal_area_width_m / 2};
   const std::array<double, 7> xs{0,
                                  x,
                                  -x,

@@ -10,9 +10,8 @@
 namespace sinew::soccer {
 
 /// Poses out of pairs of a sighting and a thing of the field, of two lines that cross, and of a mark and a line; all
-/// scored by the same ten sightings; the best scattered and scored again. The field is the same after half a turn: of two
-/// poses that look the same one is made.
-/// Thread:  owner.   RT: yes, after the constructor.
+/// scored by the same ten sightings; the best scattered and scored again. The field is the same after half a turn: of
+/// two poses that look the same one is made. Thread:  owner.   RT: yes, after the constructor.
 class PoseSearch {
  public:
   static constexpr std::size_t kMostSights = 10, kMostFound = 6;

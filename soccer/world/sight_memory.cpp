@@ -11,11 +11,16 @@ constexpr double kShortestLine_m = 0.3, kRemembered_m = 4.5;
 
 Kind kind_of(msg::FieldMark mark) {
   switch (mark) {
-    case msg::FieldMark::corner_l: return Kind::corner_l;
-    case msg::FieldMark::corner_t: return Kind::corner_t;
-    case msg::FieldMark::corner_x: return Kind::corner_x;
-    case msg::FieldMark::penalty_mark: return Kind::penalty_mark;
-    case msg::FieldMark::circle: break;
+    case msg::FieldMark::corner_l:
+      return Kind::corner_l;
+    case msg::FieldMark::corner_t:
+      return Kind::corner_t;
+    case msg::FieldMark::corner_x:
+      return Kind::corner_x;
+    case msg::FieldMark::penalty_mark:
+      return Kind::penalty_mark;
+    case msg::FieldMark::circle:
+      break;
   }
   return Kind::circle;
 }

@@ -12,10 +12,10 @@ namespace sinew::soccer {
 /// A line or mark that was seen once or more. Of lines the latest piece, unless it is much shorter.
 struct RememberedSight {
   ScoredSight::Kind kind = ScoredSight::Kind::line;
-  std::uint32_t times = 0;                       // that it was seen
-  double x_m = 0, y_m = 0;                       // odometry's frame; a line: its middle
-  double heading_rad = 0, half_m = 0;            // a line: along it, half its length. A mark: as msg::SeenMark; NaN: none
-  double variance_m2 = 0;                        // of the place; a line: across it
+  std::uint32_t times = 0;             // that it was seen
+  double x_m = 0, y_m = 0;             // odometry's frame; a line: its middle
+  double heading_rad = 0, half_m = 0;  // a line: along it, half its length. A mark: as msg::SeenMark; NaN: none
+  double variance_m2 = 0;              // of the place; a line: across it
   std::int64_t seen_ns = 0;
 };
 
