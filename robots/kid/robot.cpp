@@ -7,6 +7,7 @@
 #include "robots/robot_kind.hpp"
 #include "soccer/sight/sight.hpp"
 #include "soccer/world/locate.hpp"
+#include "soccer/world/track_ball.hpp"
 
 namespace sinew::robots {
 namespace {
@@ -19,6 +20,7 @@ void add_kid_modules(rt::ModuleTypes& types) {
   types.add<kid::KickPlan>("kid::KickPlan");
   types.add<soccer::Sight>("soccer::Sight");
   types.add<soccer::Locate>("soccer::Locate");
+  types.add<soccer::TrackBall>("soccer::TrackBall");
 }
 
 constexpr BodyModule kKidModules[] = {
