@@ -7,7 +7,9 @@
 #include "robots/robot_kind.hpp"
 #include "soccer/sight/sight.hpp"
 #include "soccer/world/locate.hpp"
+#include "soccer/world/team.hpp"
 #include "soccer/world/track_ball.hpp"
+#include "soccer/world/track_obstacles.hpp"
 
 namespace sinew::robots {
 namespace {
@@ -21,6 +23,8 @@ void add_kid_modules(rt::ModuleTypes& types) {
   types.add<soccer::Sight>("soccer::Sight");
   types.add<soccer::Locate>("soccer::Locate");
   types.add<soccer::TrackBall>("soccer::TrackBall");
+  types.add<soccer::TrackObstacles>("soccer::TrackObstacles");
+  types.add<soccer::Team>("soccer::Team");
 }
 
 constexpr BodyModule kKidModules[] = {

@@ -1,0 +1,67 @@
+#include "soccer/world/team.hpp"
+
+#include <algorithm>
+
+namespace sinew::soccer {
+
+using namespace std::chrono_literals;
+
+void Team::declare(rt::Declaration& d) {
+  d.in("field", field_, {.max_age = 2s});
+  d.in("ball", ball_, {.max_age = 2s, .optional = true});
+  d.in("gait", gait_, {.max_age = 500ms});
+  d.in("referee", referee_, {.max_age = 3s, .optional = true});
+  d.in("state", state_, {.max_age = 5s, .optional = true});
+  d.in("mates", mates_, {.depth = 16, .optional = true});
+  d.out("team", team_);
+  d.out("report", report_);
+  d.param("heard_s", options_.heard_s,
+          {.unit = "s", .min = 0.2, .max = 60, .doc = "a mate that is silent for longer does not count"});
+  d.param("ball_s", options_.ball_s,
+          {.unit = "s", .min = 0.2, .max = 60, .doc = "older sightings of the ball tell nothing"});
+  d.param("ball_mps", options_.ball_mps,
+          {.unit = "m/s", .min = 0, .max = 5, .doc = "by which a ball may have been moved since it was seen"});
+  d.param("deceleration_mps2", options_.deceleration_mps2,
+          {.unit = "m/s^2", .min = 0.01, .max = 5, .doc = "of a rolling ball"});
+  d.param("gate", options_.gate, {.min = 1, .max = 200, .doc = "squared difference beyond which two balls are two"});
+  d.param("most_mirrored", options_.most_mirrored,
+          {.min = 0, .max = 0.5, .doc = "who may so well be in the other half is not believed"});
+  d.param("walk_mps", walk_mps_, {.unit = "m/s", .min = 0.01, .max = 5, .doc = "for the time to the ball"});
+  d.param("turn_radps", turn_radps_, {.unit = "rad/s", .min = 0.05, .max = 10, .doc = "the same"});
+  d.param("role", role_, {.min = 0, .max = 3, .doc = "that it plays: 0 none, 1 striker, 2 supporter, 3 goalie"});
+  d.state(heard_);
+}
+
+rt::StepStatus Team::step(const rt::Step& step) noexcept {
+  const msg::TeamState* state = state_.get();
+  for (const msg::FromMate<msg::SoccerReport>& m : mates_) {
+    // The mate's place in the order of the robot file.
+    if (!state) continue;
+    for (std::size_t i = 0; i < std::min<std::size_t>(kMates, state->mates); ++i)
+      if (state->mate[i].robot == m.robot) heard_.report[i] = m.message;
+  }
+  const msg::FieldPose* field = field_.fresh(step.now);
+  const msg::GaitState* gait = gait_.fresh(step.now);
+  if (!field || !gait) return rt::StepStatus::stale;
+  const msg::BallModel* ball = ball_.fresh(step.now);
+  const msg::RefereeState* said = referee_.fresh(step.now);
+
+  msg::SoccerReport& report = report_.loan();
+  report.stamp = field->stamp;
+  fill_report(*field, ball, options_, report);
+  report.role = static_cast<msg::SoccerRole>(role_);
+  report.plays = msg::on_its_feet(gait->mode) && !(said && said->penalty != msg::GamePenalty::none) ? 1 : 0;
+  report.to_ball_s = static_cast<float>(math::kInf);
+  if (ball && report.ball_seen.ns > 0 && report.plays != 0)
+    report.to_ball_s = static_cast<float>(math::hypot(ball->x_m, ball->y_m) / walk_mps_ +
+                                          math::fabs(math::atan2(ball->y_m, ball->x_m)) / turn_radps_);
+
+  msg::TeamModel& team = team_.loan();
+  team.stamp = step.now;
+  team.role = report.role;
+  team.mate = heard_.report;
+  put_together(ball ? own_ball(*ball, *field, options_) : std::nullopt, step.now, options_, team);
+  return rt::StepStatus::ok;
+}
+
+}  // namespace sinew::soccer

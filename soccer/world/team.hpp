@@ -1,0 +1,42 @@
+#pragma once
+#include "msg/gait.hpp"
+#include "msg/referee.hpp"
+#include "msg/team.hpp"
+#include "rt/module.hpp"
+#include "soccer/world/team_map.hpp"
+
+namespace sinew::soccer {
+
+/// Tells the mates what the robot believes (`report`, to be said in [team]), and puts together what all know (`team`):
+/// docs/soccer-world.md.
+/// Frames:  out: "field".
+/// Thread:  executor; 2 Hz and more.   RT: yes.
+/// Errors:  stale while nothing is known of the own place for 2 s: nothing is reported then.
+class Team final : public rt::Module {
+ public:
+  void declare(rt::Declaration& d) override;
+  void reset() override { heard_ = {}; }
+  rt::StepStatus step(const rt::Step& step) noexcept override;
+
+ private:
+  static constexpr std::size_t kMates = 7;
+  struct Heard {
+    std::array<msg::SoccerReport, kMates> report;
+  };
+
+  rt::In<msg::FieldPose> field_;
+  rt::In<msg::BallModel> ball_;
+  rt::In<msg::GaitState> gait_;
+  rt::In<msg::RefereeState> referee_;
+  rt::In<msg::TeamState> state_;
+  rt::InQueue<msg::FromMate<msg::SoccerReport>> mates_;
+  rt::Out<msg::TeamModel> team_;
+  rt::Out<msg::SoccerReport> report_;
+  TeamMapOptions options_;
+  double walk_mps_ = 0.2, turn_radps_ = 0.8;
+  std::int64_t role_ = 0;
+
+  Heard heard_;  // state
+};
+
+}  // namespace sinew::soccer

@@ -1,0 +1,216 @@
+// The modules: what they publish, and what referee and mates tell them.
+#include <gtest/gtest.h>
+
+#include "apps/locate/field_walk.hpp"
+#include "rt/exec/module_rig.hpp"
+#include "soccer/world/locate.hpp"
+#include "soccer/world/team.hpp"
+#include "soccer/world/track_ball.hpp"
+#include "soccer/world/track_obstacles.hpp"
+
+namespace sinew::soccer::modules_test {
+namespace {
+
+using namespace std::chrono_literals;
+
+struct LocateRig {
+  const Field field;
+  locate::FieldWalk walk{field, 12};
+  Locate locate;
+  rt::ModuleRig rig{locate};
+  msg::GaitMode mode = msg::GaitMode::walk;
+
+  LocateRig() {
+    const FieldAt at = walk.truth();
+    if (at.x_m > 0) walk.put(at.mirrored());
+  }
+  const msg::FieldPose* step(int pictures = 1) {
+    rt::StepStatus status = rt::StepStatus::stale;
+    for (int i = 0; i < pictures; ++i) {
+      const msg::SoccerSight& seen = walk.step();
+      rig.put("sight", seen);
+      msg::GaitState gait;
+      gait.stamp = seen.stamp;
+      gait.mode = mode;
+      rig.put("gait", gait);
+      status = rig.step(seen.stamp + 30ms, 50ms);
+    }
+    return status == rt::StepStatus::ok ? rig.get<msg::FieldPose>("pose") : nullptr;
+  }
+  void say(msg::GamePenalty penalty, std::uint32_t attacks_right = 1) {
+    msg::RefereeState said;
+    said.stamp = rig_now();
+    said.phase = msg::GamePhase::playing;
+    said.half = 1;
+    said.penalty = penalty;
+    said.attacks_right = attacks_right;
+    rig.put("referee", said);
+  }
+  msg::Time rig_now() const { return {static_cast<std::int64_t>(1e9 * walk.now_s())}; }
+  double off_m(const msg::FieldPose& p) const { return distance_m({p.x_m, p.y_m, 0}, walk.truth()); }
+};
+
+TEST(Locate, PublishesThePlaceForEachPicture) {
+  LocateRig r;
+  const msg::FieldPose* pose = r.step(200);
+  ASSERT_NE(pose, nullptr);
+  EXPECT_EQ(pose->found, 1U);
+  EXPECT_LT(r.off_m(*pose), 0.2);
+  EXPECT_LT(pose->mirrored, 0.1);
+  const msg::NavState* nav = r.rig.get<msg::NavState>("nav");
+  ASSERT_NE(nav, nullptr);
+  EXPECT_EQ(nav->p_world_m.x, pose->x_m);
+}
+
+TEST(Locate, TheWorldsAxesAreTurnedForTheTeamThatAttacksLeft) {
+  LocateRig r;
+  r.say(msg::GamePenalty::none, 0);
+  const msg::FieldPose* pose = r.step(200);
+  ASSERT_NE(pose, nullptr);
+  const msg::NavState* nav = r.rig.get<msg::NavState>("nav");
+  ASSERT_NE(nav, nullptr);
+  EXPECT_EQ(nav->p_world_m.x, -pose->x_m);
+  EXPECT_EQ(nav->p_world_m.y, -pose->y_m);
+}
+
+TEST(Locate, AfterAPenaltyItComesBackOverTheTouchLineOfItsOwnHalf) {
+  LocateRig r;
+  r.step(200);
+  r.say(msg::GamePenalty::incapable);
+  r.step(10);
+  r.say(msg::GamePenalty::none);
+  r.walk.put({-2, -2.975, math::kPi / 2});
+  const msg::FieldPose* pose = r.step(80);  // 4 s
+  ASSERT_NE(pose, nullptr);
+  EXPECT_EQ(pose->found, 1U);
+  EXPECT_LT(r.off_m(*pose), 0.3);
+  EXPECT_LT(pose->mirrored, 0.05);
+}
+
+TEST(Locate, SaysNothingWithoutPicturesOrGait) {
+  Locate locate;
+  rt::ModuleRig rig{locate};
+  EXPECT_EQ(rig.step(msg::Time{1'000'000'000}, 50ms), rt::StepStatus::stale);
+  rig.put("sight", msg::SoccerSight{});
+  EXPECT_EQ(rig.step(msg::Time{1'050'000'000}, 50ms), rt::StepStatus::stale);
+}
+
+TEST(Locate, ARobotThatLiesBecomesLessSure) {
+  LocateRig r;
+  const double before = r.step(200)->covariance[0];
+  r.mode = msg::GaitMode::lie;
+  EXPECT_GT(r.step(60)->covariance[0], 4 * before);
+}
+
+TEST(Locate, AMatesBallTellsWhichHalfItIsIn) {
+  LocateRig r;
+  r.rig.set("own_half", false);
+  r.rig.reset();
+  r.step(200);
+  ASSERT_EQ(r.rig.get<msg::FieldPose>("pose")->mirrored, 0.5);
+  const FieldPoint ball{2, 1};
+  for (int i = 0; i < 6; ++i) {
+    const FieldPoint own = r.walk.truth().in(ball.x_m, ball.y_m);
+    msg::BallModel seen;
+    seen.stamp = seen.seen = r.rig_now();
+    seen.x_m = own.x_m, seen.y_m = own.y_m, seen.confidence = 0.9;
+    seen.covariance[0] = seen.covariance[5] = 0.02;
+    r.rig.put("ball", seen);
+    msg::FromMate<msg::SoccerReport> mate;
+    mate.stamp = mate.received = mate.message.stamp = mate.message.ball_seen = r.rig_now();
+    mate.robot = 2;
+    mate.message.mirrored = 0.01F, mate.message.plays = 1, mate.message.ball_confidence = 0.9F;
+    mate.message.ball = {2, 1, 0.02F, 0, 0.02F};
+    r.rig.put("mates", mate);
+    r.step(10);
+  }
+  const msg::FieldPose* pose = r.rig.get<msg::FieldPose>("pose");
+  EXPECT_LT(pose->mirrored, 0.02);
+  EXPECT_LT(r.off_m(*pose), 0.3);
+}
+
+TEST(TrackBall, SaysWhereTheBallIsOnTheField) {
+  TrackBall track;
+  rt::ModuleRig rig{track};
+  msg::Time now{1'000'000'000};
+  for (int i = 0; i < 5; ++i) {
+    msg::SoccerSight sight;
+    sight.stamp = now;
+    sight.balls = 1;
+    sight.ball[0].at = {1, 0.5F, 0.01F, 0, 0.01F};
+    sight.ball[0].confidence = 0.9F;
+    rig.put("sight", sight);
+    msg::FieldPose pose;
+    pose.stamp = now;
+    pose.x_m = 2, pose.heading_rad = math::kPi;
+    rig.put("field", pose);
+    ASSERT_EQ(rig.step(now + 20ms, 50ms), rt::StepStatus::ok);
+    now = now + 50ms;
+  }
+  const msg::BallModel* ball = rig.get<msg::BallModel>("ball");
+  ASSERT_NE(ball, nullptr);
+  EXPECT_NEAR(ball->x_m, 1, 1e-6);
+  EXPECT_NEAR(ball->field_x_m, 1, 1e-6);
+  EXPECT_NEAR(ball->field_y_m, -0.5, 1e-6);
+  EXPECT_EQ(ball->sightings, 4U) << "the first makes the filter";
+}
+
+TEST(TrackObstacles, SaysWhichRobotsAreInTheWay) {
+  TrackObstacles track;
+  rt::ModuleRig rig{track};
+  for (int i = 0; i < 8; ++i) {
+    msg::SoccerSight sight;
+    sight.stamp = {1'000'000'000 + i * 50'000'000};
+    sight.robots = 1;
+    sight.robot[0] = {{1.5F, 0, 0.01F, 0, 0.01F}, 0.8F, msg::JerseyColour::blue};
+    rig.put("sight", sight);
+    ASSERT_EQ(rig.step(sight.stamp + 20ms, 50ms), rt::StepStatus::ok);
+  }
+  const msg::ObstacleModel* m = rig.get<msg::ObstacleModel>("obstacles");
+  ASSERT_NE(m, nullptr);
+  ASSERT_EQ(m->obstacles, 1U);
+  EXPECT_EQ(m->obstacle[0].colour, msg::JerseyColour::blue);
+}
+
+TEST(Team, ReportsTheOwnBallAndPutsTogetherWhatTheMatesSay) {
+  Team team;
+  rt::ModuleRig rig{team};
+  const msg::Time now{5'000'000'000};
+  msg::FieldPose pose;
+  pose.stamp = now;
+  pose.found = 1, pose.mirrored = 0.01;
+  pose.covariance = {0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.0001};
+  rig.put("field", pose);
+  msg::GaitState gait;
+  gait.stamp = now, gait.mode = msg::GaitMode::walk;
+  rig.put("gait", gait);
+  msg::BallModel ball;
+  ball.stamp = ball.seen = now;
+  ball.x_m = 2, ball.confidence = 0.9;
+  ball.covariance[0] = ball.covariance[5] = 0.01;
+  rig.put("ball", ball);
+  msg::TeamState state;
+  state.stamp = now;
+  state.mates = 2;
+  state.mate[0].robot = 3, state.mate[1].robot = 5;
+  rig.put("state", state);
+  msg::FromMate<msg::SoccerReport> mate;
+  mate.stamp = mate.message.stamp = mate.message.ball_seen = now;
+  mate.robot = 5;
+  mate.message.mirrored = 0.01F, mate.message.plays = 1, mate.message.ball_confidence = 0.9F;
+  mate.message.ball = {2.2F, 0, 0.02F, 0, 0.02F};
+  rig.put("mates", mate);
+  ASSERT_EQ(rig.step(now + 20ms, 100ms), rt::StepStatus::ok);
+  const msg::SoccerReport* report = rig.get<msg::SoccerReport>("report");
+  const msg::TeamModel* model = rig.get<msg::TeamModel>("team");
+  ASSERT_TRUE(report && model);
+  EXPECT_EQ(report->plays, 1U);
+  EXPECT_NEAR(double{report->ball.x_m}, 2, 1e-6);
+  EXPECT_NEAR(double{report->to_ball_s}, 2 / 0.2, 1e-3);
+  EXPECT_EQ(model->mates, 1U);
+  EXPECT_EQ(model->ball_from, (1U << kOwnBallBit) | 2U) << "the second mate of the robot file";
+  EXPECT_NEAR(model->ball_x_m, 2.1, 0.03);
+}
+
+}  // namespace
+}  // namespace sinew::soccer::modules_test
