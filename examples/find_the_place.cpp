@@ -9,11 +9,12 @@ namespace {
 using namespace sinew;
 
 constexpr soccer::FieldAt kTruth{-2.2, 0.6, 2.9};  // m, m, rad: it looks at its own goal
-constexpr double kSeesTo_m = 3, kSigma_m = 0.05;
+constexpr double kSeesTo_m = 3;
+constexpr float kVariance_m2 = 0.0025F;
 
 msg::GroundPoint seen_from_there(const soccer::FieldPoint& p) {
   const soccer::FieldPoint at = kTruth.in(p.x_m, p.y_m);
-  return {static_cast<float>(at.x_m), static_cast<float>(at.y_m), kSigma_m * kSigma_m, 0, kSigma_m * kSigma_m};
+  return {static_cast<float>(at.x_m), static_cast<float>(at.y_m), kVariance_m2, 0, kVariance_m2};
 }
 
 /// What a camera would show that looks ahead: each corner and each mark within three metres.

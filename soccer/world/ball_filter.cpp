@@ -12,6 +12,8 @@ constexpr double kLeastBallWeight = -10, kLeastBallConfidence = 0.02;
 constexpr double kRollPenalty = 1.5;  // logarithm: most balls rest
 constexpr double kGone = 0.15;        // confidence below which a ball that was looked for is gone
 constexpr std::uint32_t kSureSightings = 2;
+// False sightings come again at the same place: one more tells less than its own confidence says.
+constexpr double kFirst = 0.25, kMostTold = 0.65, kMostSure = 0.98;
 
 /// The noise of a place that was seen, in the frame that `at` is in.
 math::Mat<2, 2> noise_of(const msg::GroundPoint& p, const FieldAt& at, double scale, double floor_m) {
@@ -75,7 +77,7 @@ void BallFilter::spawn(const FieldPoint& at, const msg::SeenBall& seen, const ma
   t.covariance.set_block(0, 0, noise);
   if (rolls) t.covariance(2, 2) = t.covariance(3, 3) = o_.kick_mps * o_.kick_mps;
   t.rolls = rolls ? 1 : 0;
-  t.confidence = 0.5 * static_cast<double>(seen.confidence);
+  t.confidence = kFirst * static_cast<double>(seen.confidence);
   t.log_weight = -1 - (rolls ? kRollPenalty : 0);
   t.seen_ns = s_.stamp_ns;
   t.sightings = 1;
@@ -124,8 +126,8 @@ void BallFilter::see(const msg::SoccerSight& sight, std::span<const bool> shown)
       if (t.rolls != 0) t.ball.vx_mps += d(2), t.ball.vy_mps += d(3);
       t.covariance = (t.covariance - gain * pht.transpose()).symmetric();
       t.log_weight += math::log(kClutter + double{b.confidence} * best_density);
-      const double p = std::max(t.confidence, 0.05), c = double{b.confidence};
-      t.confidence = std::min(0.999, p * c / (p * c + (1 - p) * (1 - std::min(c, 0.95))));
+      const double p = std::max(t.confidence, 0.05), c = std::min(double{b.confidence}, kMostTold);
+      t.confidence = std::min(kMostSure, p * c / (p * c + (1 - p) * (1 - c)));
       t.seen_ns = s_.stamp_ns;
       t.chi2 = best;
       ++t.sightings;
