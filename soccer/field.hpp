@@ -5,6 +5,7 @@
 #include <array>
 #include <span>
 
+#include "math/elementary.hpp"
 #include "msg/soccer.hpp"
 
 namespace sinew::soccer {
@@ -24,7 +25,16 @@ struct FieldSize {
 
 struct FieldPoint {
   double x_m, y_m;
+  friend constexpr FieldPoint operator+(const FieldPoint& a, const FieldPoint& b) {
+    return {a.x_m + b.x_m, a.y_m + b.y_m};
+  }
+  friend constexpr FieldPoint operator-(const FieldPoint& a, const FieldPoint& b) {
+    return {a.x_m - b.x_m, a.y_m - b.y_m};
+  }
+  friend constexpr FieldPoint operator*(double s, const FieldPoint& a) { return {s * a.x_m, s * a.y_m}; }
 };
+inline double length_m(const FieldPoint& a) { return math::hypot(a.x_m, a.y_m); }
+inline double bearing_rad(const FieldPoint& a) { return math::atan2(a.y_m, a.x_m); }
 
 /// The middle of a painted line.
 struct FieldLine {
