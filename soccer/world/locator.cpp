@@ -16,7 +16,10 @@ constexpr double kAmbiguous = 3;       // two lines that fit nearly the same tel
 constexpr double kFitShare = 0.03;     // of each sighting in the running share that agrees
 constexpr double kSearchEvery = 5;     // pictures
 constexpr double kStartPlace_m = 0.3, kStartHeading_rad = 0.15;
-constexpr double kSame_m = 0.35, kSame_rad = 0.3;
+constexpr double kSame_m = 0.2, kSame_rad = 0.12;  // places that are one; two filters of one place come nearer
+constexpr double kKnown_m = 0.3, kKnown_rad = 0.16;
+constexpr double kBump_m = 0.05, kBump_rad = 0.05;     // of each picture most of which does not agree
+constexpr double kProvenUsed = 80, kProvenFit = 0.75;  // before a place is the one that later ones are compared with
 constexpr double kLeastWeight = -14, kOffCarpet_m = 1.3;
 constexpr double kFound_m = 0.35, kFoundFit = 0.55, kFoundShare = 0.75, kFoundUsed = 20;
 constexpr double kTriedUsed = 8;  // sightings, before a place may lead or raise a doubt about the leader
@@ -210,7 +213,9 @@ bool Locator::use_place(Hypothesis& h, const msg::GroundPoint& seen, std::span<c
 /// The logarithm of how probable the picture is from here.
 double Locator::use(Hypothesis& h, const msg::SoccerSight& sight) {
   double log_likelihood = 0;
+  int agree = 0, all = 0;
   const auto agreed = [&](bool yes) {
+    agree += yes, ++all;
     h.fit += kFitShare * ((yes ? 1 : 0) - h.fit);
     h.used += 1;
   };
@@ -238,6 +243,11 @@ double Locator::use(Hypothesis& h, const msg::SoccerSight& sight) {
   for (const FieldPoint& p : field_.posts()) places[posts++] = {p, 0, msg::FieldMark::corner_x};
   for (std::uint32_t i = 0; i < std::min<std::size_t>(sight.posts, sight.post.size()); ++i)
     use_place(h, sight.post[i], {places.data(), posts}, math::kNan, 0, 1, kPostFloor_m, kWrongPost, log_likelihood);
+  // Somebody ran into it, say: its odometry knows nothing of that.
+  if (all >= 2 && 2 * agree < all) {
+    h.covariance(0, 0) += kBump_m * kBump_m, h.covariance(1, 1) += kBump_m * kBump_m;
+    h.covariance(2, 2) += kBump_rad * kBump_rad;
+  }
   return log_likelihood;
 }
 
@@ -293,8 +303,8 @@ void Locator::look_elsewhere() {
   const auto known = [&](const FieldAt& at) {
     return std::ranges::any_of(hypotheses(), [&](const Hypothesis& h) {
       const FieldAt m = at.mirrored();
-      return (distance_m(at, h.at) < 0.5 && turn_between_rad(at, h.at) < 0.35) ||
-             (distance_m(m, h.at) < 0.5 && turn_between_rad(m, h.at) < 0.35);
+      return (distance_m(at, h.at) < kKnown_m && turn_between_rad(at, h.at) < kKnown_rad) ||
+             (distance_m(m, h.at) < kKnown_m && turn_between_rad(m, h.at) < kKnown_rad);
     });
   };
   if (s_.count == 0) {
@@ -363,6 +373,7 @@ void Locator::see(const msg::SoccerSight& sight, bool on_its_feet) {
   Hypothesis& lead = s_.hypothesis[0];
   if (s_.own_half != 0) lead.mirrored = mirrored_by_rule(lead.at.x_m);
   s_.own_half = 0;
+  if (s_.anchor_m2 > 0 && (lead.used < kProvenUsed || lead.fit < kProvenFit)) return;
   s_.anchor = lead.at, s_.anchor_mirrored = lead.mirrored;
   s_.anchor_m2 = 0.5 * (lead.covariance(0, 0) + lead.covariance(1, 1)), s_.anchor_rad2 = lead.covariance(2, 2);
 }
