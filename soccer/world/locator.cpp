@@ -80,6 +80,7 @@ void Locator::forget(bool own_half) {
 void Locator::reenter() {
   s_.count = 0;
   s_.own_half = 1;
+  s_.begin = s_.odometry;
   s_.anchor_m2 = 0, s_.anchor_rad2 = 0;
   s_.memory.forget();
   const FieldSize& f = field_.size();
@@ -251,8 +252,9 @@ double Locator::use(Hypothesis& h, const msg::SoccerSight& sight) {
   return log_likelihood;
 }
 
-/// It is in its own half. At the middle line that says nothing.
-double Locator::mirrored_by_rule(double x_m) const {
+/// It began in its own half. At the middle line that says nothing.
+double Locator::mirrored_by_rule(const FieldAt& at) const {
+  const double x_m = at.then(s_.odometry.way_to(s_.begin)).x_m;
   const double doubt = std::max(kSurely, 0.5 * math::exp(-0.5 * x_m * x_m / (kHalf_m * kHalf_m)));
   return x_m < 0 ? doubt : 1 - doubt;
 }
@@ -260,7 +262,7 @@ double Locator::mirrored_by_rule(double x_m) const {
 /// Of a new place. Until the first is found a rule says the half; then the last place that it was sure of, if the new
 /// one is near that or near its mirror image. Slips are near; where somebody carries the robot to is anywhere.
 double Locator::mirrored_of(const FieldAt& at) const {
-  if (s_.own_half != 0) return mirrored_by_rule(at.x_m);
+  if (s_.own_half != 0) return mirrored_by_rule(at);
   if (!(s_.anchor_m2 > 0)) return 0.5;
   const double area = (field_.size().length_m + 2) * (field_.size().width_m + 2);
   const double spread = kSlip_m * kSlip_m + s_.anchor_m2, turn = kSlip_rad * kSlip_rad + s_.anchor_rad2;
@@ -360,7 +362,7 @@ void Locator::see(const msg::SoccerSight& sight, bool on_its_feet) {
   const FieldAt odometry{sight.x_m, sight.y_m, sight.heading_rad};
   const double dt =
       s_.stamp_ns == 0 ? 0 : std::clamp(1e-9 * static_cast<double>(sight.stamp.ns - s_.stamp_ns), 0.0, 5.0);
-  if (s_.stamp_ns == 0) s_.odometry = odometry;
+  if (s_.stamp_ns == 0) s_.odometry = s_.begin = odometry;
   move_to(odometry, dt, on_its_feet);
   s_.stamp_ns = std::max(s_.stamp_ns, sight.stamp.ns);
   if (!on_its_feet) return;  // a lying robot's camera is elsewhere than its pose says
@@ -371,9 +373,9 @@ void Locator::see(const msg::SoccerSight& sight, bool on_its_feet) {
   tidy();
   if (!is_sure()) return;
   Hypothesis& lead = s_.hypothesis[0];
-  if (s_.own_half != 0) lead.mirrored = mirrored_by_rule(lead.at.x_m);
+  if (lead.used < kProvenUsed || lead.fit < kProvenFit) return;
+  if (s_.own_half != 0) lead.mirrored = mirrored_by_rule(lead.at);
   s_.own_half = 0;
-  if (s_.anchor_m2 > 0 && (lead.used < kProvenUsed || lead.fit < kProvenFit)) return;
   s_.anchor = lead.at, s_.anchor_mirrored = lead.mirrored;
   s_.anchor_m2 = 0.5 * (lead.covariance(0, 0) + lead.covariance(1, 1)), s_.anchor_rad2 = lead.covariance(2, 2);
 }
