@@ -98,8 +98,8 @@ Kidnappings study_kidnappings(const StudyOptions& o, bool reentry) {
       msg::FieldPose pose;
       locator.fill(pose);
       if (!reentry && walk.now_s() > told_s) {
-        // A mate's ball: at most 3 standard deviations a report, as the team's map does.
-        told_s += 1;
+        // A mate's ball, as soccer::Locate takes it.
+        told_s += 0.5;
         const FieldAt at = pose_of(pose), other = at.mirrored();
         const soccer::FieldPoint ball{1.3, 0.4}, own = walk.truth().in(ball.x_m, ball.y_m);
         if (pose.found != 0 && math::hypot(own.x_m, own.y_m) < 5) {
@@ -109,7 +109,7 @@ Kidnappings study_kidnappings(const StudyOptions& o, bool reentry) {
             return std::min(9.0, (dx * dx + dy * dy) / (0.5 * 0.5));
           };
           // The pose that was published is the more probable of both.
-          const double for_this = 0.5 * (chi2(b) - chi2(a));
+          const double for_this = std::clamp(0.5 * (chi2(b) - chi2(a)), -1.0, 1.0);
           locator.weigh_halves(locator.hypotheses()[0].mirrored > 0.5 ? -for_this : for_this);
         }
       }

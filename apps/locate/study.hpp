@@ -33,7 +33,7 @@ struct Kidnappings {
   std::vector<double> right_half_s;  // as above, in the right half
 };
 /// After 15 s it is carried. `reentry`: to the touch line of its own half, as the referee does, and it knows; else to
-/// anywhere, and it is told nothing, but after 10 s a mate says each second where the ball is.
+/// anywhere, and it is told nothing, but after 10 s a mate says twice a second where the ball is.
 Kidnappings study_kidnappings(const StudyOptions& options, bool reentry);
 
 }  // namespace sinew::locate

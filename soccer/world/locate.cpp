@@ -11,8 +11,11 @@ using namespace std::chrono_literals;
 
 namespace {
 
-constexpr double kBallIsFresh_s = 1.5, kMostEvidence = 3;  // of one report; its errors last over several
-constexpr double kMateIsSure = 0.2;                        // at most so probably a mate is in the other half itself
+constexpr double kBallIsFresh_s = 1, kMostEvidence = 1;  // of one report; its errors last over several
+constexpr double kMateIsSure = 0.2;                      // at most so probably a mate is in the other half itself
+constexpr double kBallIsSure = 0.8;
+constexpr double kFromMiddle_m = 0.8;  // a ball nearer to it is at nearly the same place in both halves
+constexpr double kTilt_rad = 0.02;     // lasting error of the own cameras: the ball's filter does not know it
 
 double chi2(double dx, double dy, double xx, double xy, double yy) {
   const double det = xx * yy - xy * xy;
@@ -81,8 +84,9 @@ void Locate::heed_mates() {
     const auto is_fresh = [&](msg::Time seen) {
       return seen.ns > 0 && msg::seconds(ball->stamp - seen) < kBallIsFresh_s;
     };
-    if (r.plays == 0 || double{r.mirrored} > kMateIsSure || !(r.ball_confidence > 0.5F) || !is_fresh(r.ball_seen) ||
-        !is_fresh(ball->seen) || !(ball->confidence > 0.5))
+    if (r.plays == 0 || double{r.mirrored} > kMateIsSure || !(double{r.ball_confidence} > kBallIsSure) ||
+        !is_fresh(r.ball_seen) || !is_fresh(ball->seen) || !(ball->confidence > kBallIsSure) ||
+        math::hypot(r.ball.x_m, r.ball.y_m) < kFromMiddle_m)
       continue;
     const FieldAt& at = all[0].at;
     const math::SinCos t = math::sincos(at.heading_rad);
@@ -91,14 +95,17 @@ void Locate::heed_mates() {
       // The own covariance, turned; that of the mate; and that of where this robot is.
       const double xx = ball->covariance[0], xy = ball->covariance[1], yy = ball->covariance[5];
       const double far2 = ball->x_m * ball->x_m + ball->y_m * ball->y_m;
-      const double place = all[0].covariance(0, 0) + all[0].covariance(1, 1) + far2 * all[0].covariance(2, 2) + 0.04;
+      const double high = locator_.options().camera_m, tilt_m = (far2 + high * high) / high * kTilt_rad;
+      const double place =
+          all[0].covariance(0, 0) + all[0].covariance(1, 1) + far2 * all[0].covariance(2, 2) + 0.04 + tilt_m * tilt_m;
       return chi2(own.x_m - double{r.ball.x_m}, own.y_m - double{r.ball.y_m},
                   t.cos * t.cos * xx - 2 * t.cos * t.sin * xy + t.sin * t.sin * yy + double{r.ball.xx_m2} + place,
                   t.cos * t.sin * (xx - yy) + (t.cos * t.cos - t.sin * t.sin) * xy + double{r.ball.xy_m2},
                   t.sin * t.sin * xx + 2 * t.cos * t.sin * xy + t.cos * t.cos * yy + double{r.ball.yy_m2} + place);
     };
-    constexpr double kGate = 9;  // what neither explains tells nothing
+    constexpr double kGate = 9, kFits = 4;
     const double here = std::min(off(at), kGate), there = std::min(off(at.mirrored()), kGate);
+    if (std::min(here, there) > kFits) continue;  // what neither explains tells nothing
     // weigh_halves() speaks for the filter's own pose, whichever half is published.
     locator_.weigh_halves(std::clamp(0.5 * (there - here), -kMostEvidence, kMostEvidence));
   }

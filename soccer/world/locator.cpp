@@ -16,7 +16,10 @@ constexpr double kAmbiguous = 3;       // two lines that fit nearly the same tel
 constexpr double kFitShare = 0.03;     // of each sighting in the running share that agrees
 constexpr double kSearchEvery = 5;     // pictures
 constexpr double kStartPlace_m = 0.3, kStartHeading_rad = 0.15;
-constexpr double kSame_m = 0.35, kSame_rad = 0.3;
+constexpr double kSame_m = 0.2, kSame_rad = 0.12;  // places that are one; two filters of one place come nearer
+constexpr double kKnown_m = 0.3, kKnown_rad = 0.16;
+constexpr double kBump_m = 0.05, kBump_rad = 0.05;     // of each picture most of which does not agree
+constexpr double kProvenUsed = 80, kProvenFit = 0.75;  // before a place is the one that later ones are compared with
 constexpr double kLeastWeight = -14, kOffCarpet_m = 1.3;
 constexpr double kFound_m = 0.35, kFoundFit = 0.55, kFoundShare = 0.75, kFoundUsed = 20;
 constexpr double kTriedUsed = 8;  // sightings, before a place may lead or raise a doubt about the leader
@@ -77,6 +80,7 @@ void Locator::forget(bool own_half) {
 void Locator::reenter() {
   s_.count = 0;
   s_.own_half = 1;
+  s_.begin = s_.odometry;
   s_.anchor_m2 = 0, s_.anchor_rad2 = 0;
   s_.memory.forget();
   const FieldSize& f = field_.size();
@@ -210,7 +214,9 @@ bool Locator::use_place(Hypothesis& h, const msg::GroundPoint& seen, std::span<c
 /// The logarithm of how probable the picture is from here.
 double Locator::use(Hypothesis& h, const msg::SoccerSight& sight) {
   double log_likelihood = 0;
+  int agree = 0, all = 0;
   const auto agreed = [&](bool yes) {
+    agree += yes, ++all;
     h.fit += kFitShare * ((yes ? 1 : 0) - h.fit);
     h.used += 1;
   };
@@ -238,11 +244,17 @@ double Locator::use(Hypothesis& h, const msg::SoccerSight& sight) {
   for (const FieldPoint& p : field_.posts()) places[posts++] = {p, 0, msg::FieldMark::corner_x};
   for (std::uint32_t i = 0; i < std::min<std::size_t>(sight.posts, sight.post.size()); ++i)
     use_place(h, sight.post[i], {places.data(), posts}, math::kNan, 0, 1, kPostFloor_m, kWrongPost, log_likelihood);
+  // Somebody ran into it, say: its odometry knows nothing of that.
+  if (all >= 2 && 2 * agree < all) {
+    h.covariance(0, 0) += kBump_m * kBump_m, h.covariance(1, 1) += kBump_m * kBump_m;
+    h.covariance(2, 2) += kBump_rad * kBump_rad;
+  }
   return log_likelihood;
 }
 
-/// It is in its own half. At the middle line that says nothing.
-double Locator::mirrored_by_rule(double x_m) const {
+/// It began in its own half. At the middle line that says nothing.
+double Locator::mirrored_by_rule(const FieldAt& at) const {
+  const double x_m = at.then(s_.odometry.way_to(s_.begin)).x_m;
   const double doubt = std::max(kSurely, 0.5 * math::exp(-0.5 * x_m * x_m / (kHalf_m * kHalf_m)));
   return x_m < 0 ? doubt : 1 - doubt;
 }
@@ -250,7 +262,7 @@ double Locator::mirrored_by_rule(double x_m) const {
 /// Of a new place. Until the first is found a rule says the half; then the last place that it was sure of, if the new
 /// one is near that or near its mirror image. Slips are near; where somebody carries the robot to is anywhere.
 double Locator::mirrored_of(const FieldAt& at) const {
-  if (s_.own_half != 0) return mirrored_by_rule(at.x_m);
+  if (s_.own_half != 0) return mirrored_by_rule(at);
   if (!(s_.anchor_m2 > 0)) return 0.5;
   const double area = (field_.size().length_m + 2) * (field_.size().width_m + 2);
   const double spread = kSlip_m * kSlip_m + s_.anchor_m2, turn = kSlip_rad * kSlip_rad + s_.anchor_rad2;
@@ -293,8 +305,8 @@ void Locator::look_elsewhere() {
   const auto known = [&](const FieldAt& at) {
     return std::ranges::any_of(hypotheses(), [&](const Hypothesis& h) {
       const FieldAt m = at.mirrored();
-      return (distance_m(at, h.at) < 0.5 && turn_between_rad(at, h.at) < 0.35) ||
-             (distance_m(m, h.at) < 0.5 && turn_between_rad(m, h.at) < 0.35);
+      return (distance_m(at, h.at) < kKnown_m && turn_between_rad(at, h.at) < kKnown_rad) ||
+             (distance_m(m, h.at) < kKnown_m && turn_between_rad(m, h.at) < kKnown_rad);
     });
   };
   if (s_.count == 0) {
@@ -350,7 +362,7 @@ void Locator::see(const msg::SoccerSight& sight, bool on_its_feet) {
   const FieldAt odometry{sight.x_m, sight.y_m, sight.heading_rad};
   const double dt =
       s_.stamp_ns == 0 ? 0 : std::clamp(1e-9 * static_cast<double>(sight.stamp.ns - s_.stamp_ns), 0.0, 5.0);
-  if (s_.stamp_ns == 0) s_.odometry = odometry;
+  if (s_.stamp_ns == 0) s_.odometry = s_.begin = odometry;
   move_to(odometry, dt, on_its_feet);
   s_.stamp_ns = std::max(s_.stamp_ns, sight.stamp.ns);
   if (!on_its_feet) return;  // a lying robot's camera is elsewhere than its pose says
@@ -361,7 +373,8 @@ void Locator::see(const msg::SoccerSight& sight, bool on_its_feet) {
   tidy();
   if (!is_sure()) return;
   Hypothesis& lead = s_.hypothesis[0];
-  if (s_.own_half != 0) lead.mirrored = mirrored_by_rule(lead.at.x_m);
+  if (lead.used < kProvenUsed || lead.fit < kProvenFit) return;
+  if (s_.own_half != 0) lead.mirrored = mirrored_by_rule(lead.at);
   s_.own_half = 0;
   s_.anchor = lead.at, s_.anchor_mirrored = lead.mirrored;
   s_.anchor_m2 = 0.5 * (lead.covariance(0, 0) + lead.covariance(1, 1)), s_.anchor_rad2 = lead.covariance(2, 2);

@@ -55,6 +55,7 @@ class Locator {
     std::uint64_t count = 0;    // hypotheses, the leading one first
     std::uint64_t pictures = 0;
     std::uint64_t relocations = 0;
+    FieldAt begin;               // of the odometry, when it was told that it is in its own half
     std::uint64_t own_half = 0;  // 1: the first place that it finds is in the own half
     // Where it believed to be when it last was sure, moved on by the odometry.
     FieldAt anchor;
@@ -93,7 +94,7 @@ class Locator {
   void insert(const FieldAt& at, double log_weight);
   void tidy();
   double mirrored_of(const FieldAt& at) const;
-  double mirrored_by_rule(double x_m) const;
+  double mirrored_by_rule(const FieldAt& at) const;
   bool is_sure() const;
 
   const Field& field_;

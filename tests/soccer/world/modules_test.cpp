@@ -109,7 +109,7 @@ TEST(Locate, AMatesBallTellsWhichHalfItIsIn) {
   r.step(200);
   ASSERT_EQ(r.rig.get<msg::FieldPose>("pose")->mirrored, 0.5);
   const FieldPoint ball{2, 1};
-  for (int i = 0; i < 6; ++i) {
+  for (int i = 0; i < 8; ++i) {
     const FieldPoint own = r.walk.truth().in(ball.x_m, ball.y_m);
     msg::BallModel seen;
     seen.stamp = seen.seen = r.rig_now();
