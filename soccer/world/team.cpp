@@ -28,8 +28,30 @@ void Team::declare(rt::Declaration& d) {
           {.min = 0, .max = 0.5, .doc = "who may so well be in the other half is not believed"});
   d.param("walk_mps", walk_mps_, {.unit = "m/s", .min = 0.01, .max = 5, .doc = "for the time to the ball"});
   d.param("turn_radps", turn_radps_, {.unit = "rad/s", .min = 0.05, .max = 10, .doc = "the same"});
-  d.param("role", role_, {.min = 0, .max = 3, .doc = "that it plays: 0 none, 1 striker, 2 supporter, 3 goalie"});
-  d.state(heard_);
+  d.param(
+      "role", role_,
+      {.min = 0, .max = 3, .doc = "that it always plays: 1 striker, 2 supporter, 3 goalie; 0: as the team needs it"});
+  d.param(
+      "keeps_s", roles_.keeps_s,
+      {.unit = "s", .min = 0, .max = 20, .doc = "by so much sooner another one must be at the ball to be the striker"});
+  d.state(heard_, plays_);
+}
+
+msg::SoccerRole Team::role_now(const msg::SoccerReport& own, const msg::TeamModel& team, rt::Time now) const {
+  if (own.plays == 0) return msg::SoccerRole::none;
+  if (role_ != 0) return static_cast<msg::SoccerRole>(role_);
+  const msg::TeamState* state = state_.get();
+  std::array<Player, kMates + 1> players;
+  const std::uint32_t number = state ? state->robot : 0;
+  std::size_t n = 0;
+  players[n++] = {number, own.to_ball_s, plays_, true};
+  for (std::size_t i = 0; state && i < std::min<std::size_t>(kMates, state->mates); ++i) {
+    const msg::SoccerReport& r = team.mate[i];
+    const bool heard = r.stamp.ns > 0 && msg::seconds(now - r.stamp) < options_.heard_s;
+    const bool believed = (team.distrusted >> i & 1) == 0;
+    players[n++] = {state->mate[i].robot, believed ? double{r.to_ball_s} : math::kInf, r.role, heard && r.plays != 0};
+  }
+  return choose_role(std::span(players).first(n), number, roles_);
 }
 
 rt::StepStatus Team::step(const rt::Step& step) noexcept {
@@ -49,7 +71,6 @@ rt::StepStatus Team::step(const rt::Step& step) noexcept {
   msg::SoccerReport& report = report_.loan();
   report.stamp = field->stamp;
   fill_report(*field, ball, options_, report);
-  report.role = static_cast<msg::SoccerRole>(role_);
   report.plays = msg::on_its_feet(gait->mode) && !(said && said->penalty != msg::GamePenalty::none) ? 1 : 0;
   report.to_ball_s = static_cast<float>(math::kInf);
   if (ball && report.ball_seen.ns > 0 && report.plays != 0)
@@ -58,9 +79,10 @@ rt::StepStatus Team::step(const rt::Step& step) noexcept {
 
   msg::TeamModel& team = team_.loan();
   team.stamp = step.now;
-  team.role = report.role;
   team.mate = heard_.report;
   put_together(ball ? own_ball(*ball, *field, options_) : std::nullopt, step.now, options_, team);
+  plays_ = role_now(report, team, step.now);
+  report.role = team.role = plays_;
   return rt::StepStatus::ok;
 }
 

@@ -3,6 +3,7 @@
 #include "msg/referee.hpp"
 #include "msg/team.hpp"
 #include "rt/module.hpp"
+#include "soccer/world/roles.hpp"
 #include "soccer/world/team_map.hpp"
 
 namespace sinew::soccer {
@@ -15,10 +16,12 @@ namespace sinew::soccer {
 class Team final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
-  void reset() override { heard_ = {}; }
+  void reset() override { heard_ = {}, plays_ = msg::SoccerRole::none; }
   rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
+  msg::SoccerRole role_now(const msg::SoccerReport& own, const msg::TeamModel& team, rt::Time now) const;
+
   static constexpr std::size_t kMates = 7;
   struct Heard {
     std::array<msg::SoccerReport, kMates> report;
@@ -33,10 +36,12 @@ class Team final : public rt::Module {
   rt::Out<msg::TeamModel> team_;
   rt::Out<msg::SoccerReport> report_;
   TeamMapOptions options_;
+  RoleOptions roles_;
   double walk_mps_ = 0.2, turn_radps_ = 0.8;
   std::int64_t role_ = 0;
 
-  Heard heard_;  // state
+  Heard heard_;                                    // state
+  msg::SoccerRole plays_ = msg::SoccerRole::none;  // state: its role
 };
 
 }  // namespace sinew::soccer
