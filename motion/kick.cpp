@@ -5,9 +5,8 @@
 namespace sinew::motion {
 
 std::array<FootPlace, 8> Kick::way() const {
-  const KickParams& p = params;
+  const KickParams& p = params();
   const bool ahead = way_ == KickWay::forward;
-  const double back_m = ahead ? p.back_m : p.side_back_m, strike_m = ahead ? p.strike_m : p.side_strike_m;
   const auto at = [&](double along_m, double up_m, double pitch_rad) {
     return FreeFoot{.over = 1,
                     .from_place_m = along_m * (ahead ? Vec2{1, 0} : Vec2{0, sign(foot_)}),
@@ -16,8 +15,8 @@ std::array<FootPlace, 8> Kick::way() const {
                     .lean_back_rad = ahead ? p.lean_back_rad : 0,
                     .tall = 1};
   };
-  const FreeFoot back = at(-back_m, p.lift_m, p.back_pitch_rad);
-  const FreeFoot struck = at(strike_m, p.strike_lift_m, -p.strike_pitch_rad);
+  const FreeFoot back = at(-p.back_m, p.lift_m, p.back_pitch_rad);
+  const FreeFoot struck = at(p.strike_m, p.strike_lift_m, -p.strike_pitch_rad);
   return {{{p.shift_s, at(0, 0, 0)},
            {p.lift_s, back},
            {p.still_s, back},
@@ -53,8 +52,8 @@ void Kick::step(const math::Quat& q_world_torso, const math::Vec3& rate_radps, d
   FreeFoot foot = along_way(way(), time_s_);
   const bool ahead = way_ == KickWay::forward;
   const double along_m = ahead ? foot.from_place_m.x : sign(foot_) * foot.from_place_m.y;
-  foot.arms_rad = params.arm_swing_rad * std::max(0.0, along_m) / (ahead ? params.strike_m : params.side_strike_m);
-  stand_.step(foot_, foot, balance_of(params), q_world_torso, rate_radps, dt_s, targets_rad);
+  foot.arms_rad = params().arm_swing_rad * std::max(0.0, along_m) / params().strike_m;
+  stand_.step(foot_, foot, balance_of(params()), q_world_torso, rate_radps, dt_s, targets_rad);
 }
 
 }  // namespace sinew::motion

@@ -17,7 +17,7 @@ struct MotionBook {
   JointAngles rest_rad{};  // of arms and head while walking
   WalkParams walk{};
   FallParams fall{};
-  KickParams kick{};
+  KickParams kick_forward{}, kick_outward{};
   BallStopParams stop{};
   GazeParams gaze{};
   std::map<std::string, std::vector<KeyPose>> poses{};  // "rise_front": its poses, in order
