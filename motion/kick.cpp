@@ -7,16 +7,18 @@ namespace sinew::motion {
 std::array<FootPlace, 8> Kick::way() const {
   const KickParams& p = params();
   const bool ahead = way_ == KickWay::forward;
-  const auto at = [&](double along_m, double up_m, double pitch_rad) {
+  const auto at = [&](double along_m, double up_m, double tip_rad) {
     return FreeFoot{.over = 1,
                     .from_place_m = along_m * (ahead ? Vec2{1, 0} : Vec2{0, sign(foot_)}),
                     .up_m = up_m,
-                    .pitch_rad = ahead ? pitch_rad : 0,
+                    .pitch_rad = ahead ? tip_rad : 0,
+                    .roll_rad = ahead ? 0 : -tip_rad,
                     .lean_back_rad = ahead ? p.lean_back_rad : 0,
+                    .lean_away_rad = ahead ? 0 : p.lean_back_rad,
                     .tall = 1};
   };
-  const FreeFoot back = at(-p.back_m, p.lift_m, p.back_pitch_rad);
-  const FreeFoot struck = at(p.strike_m, p.strike_lift_m, -p.strike_pitch_rad);
+  const FreeFoot back = at(-p.back_m, p.lift_m, p.back_tip_rad);
+  const FreeFoot struck = at(p.strike_m, p.strike_lift_m, -p.strike_tip_rad);
   return {{{p.shift_s, at(0, 0, 0)},
            {p.lift_s, back},
            {p.still_s, back},

@@ -13,7 +13,7 @@ struct KickParams {
   double taller_m = 0, less_lean_rad = 0;
   double lift_m = 0.03, strike_lift_m = 0.03;
   double back_m = 0.07, strike_m = 0.1;
-  double back_pitch_rad = 0.4, strike_pitch_rad = 0.6;
+  double back_tip_rad = 0, strike_tip_rad = 0;
   double lean_back_rad = 0;
   double gyro_pitch_s = 0.05, gyro_roll_s = 0.05, tilt_pitch = 0.2, tilt_roll = 0.2;
   double arm_swing_rad = 0.6;
@@ -36,10 +36,11 @@ inline constexpr Param<KickParams> kKickParams[] = {
     {"strike_lift_m", &KickParams::strike_lift_m, "m", 0.005, 0.12, "when it is furthest"},
     {"back_m", &KickParams::back_m, "m", -0.05, 0.2, "how far it goes away from the ball before it strikes"},
     {"strike_m", &KickParams::strike_m, "m", 0.02, 0.2, "how far toward the ball it strikes"},
-    {"back_pitch_rad", &KickParams::back_pitch_rad, "rad", 0, 1, "toes down before a strike forward"},
-    {"strike_pitch_rad", &KickParams::strike_pitch_rad, "rad", 0, 1,
-     "toes up at its end: a sole that stays level would need twice the speed at the ankle"},
-    {"lean_back_rad", &KickParams::lean_back_rad, "rad", -0.5, 0.5, "of the torso against the strike"},
+    {"back_tip_rad", &KickParams::back_tip_rad, "rad", 0, 1,
+     "the sole's edge toward the ball goes down before the strike"},
+    {"strike_tip_rad", &KickParams::strike_tip_rad, "rad", 0, 1,
+     "and up at its end: a sole that stays level would need twice the speed at the ankle"},
+    {"lean_back_rad", &KickParams::lean_back_rad, "rad", -0.5, 0.5, "of the torso away from the ball"},
     {"gyro_pitch_s", &KickParams::gyro_pitch_s, "s", 0, 0.3, "ankle pitch for each rad/s of the torso"},
     {"gyro_roll_s", &KickParams::gyro_roll_s, "s", 0, 0.3, "ankle roll for each rad/s of the torso"},
     {"tilt_pitch", &KickParams::tilt_pitch, "1", -0.5, 1, "ankle pitch for each rad of the torso's tilt"},

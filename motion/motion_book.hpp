@@ -9,6 +9,7 @@
 #include "motion/gaze.hpp"
 #include "motion/key_poses.hpp"
 #include "motion/kick.hpp"
+#include "motion/step_kick.hpp"
 #include "motion/walk_params.hpp"
 
 namespace sinew::motion {
@@ -18,6 +19,7 @@ struct MotionBook {
   WalkParams walk{};
   FallParams fall{};
   KickParams kick_forward{}, kick_outward{};
+  StepKickParams step_kick_forward{}, step_kick_outward{};
   BallStopParams stop{};
   GazeParams gaze{};
   std::map<std::string, std::vector<KeyPose>> poses{};  // "rise_front": its poses, in order

@@ -245,6 +245,15 @@ int main(int argc, char** argv) {
   find.add_option("--push", o.search.push_mps, "change of speed by a push each 3 s, m/s")
       ->check(app::number(0, 2))
       ->capture_default_str();
+  find.add_option("--pushes", o.search.pushes, "of a sample, beside its walks: from front, right, left, back in turn")
+      ->check(app::whole(0, 99))
+      ->capture_default_str();
+  find.add_option("--push-along", o.search.push_along_mps, "change of speed by those from front and back, m/s")
+      ->check(app::number(0, 2))
+      ->capture_default_str();
+  find.add_option("--push-side", o.search.push_side_mps, "and by those from the sides, m/s")
+      ->check(app::number(0, 2))
+      ->capture_default_str();
   find.add_option("--sigma", o.search.sigma, "spread of the first samples, as a part of each range")
       ->check(app::number(0.001, 1))
       ->capture_default_str();

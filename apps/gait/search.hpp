@@ -28,10 +28,12 @@ struct SearchOptions : SearchFor {
   std::vector<Searched> numbers{};
   std::uint64_t seed = 1;
   std::uint64_t generations = 20, samples = 12, first_generation = 0;
-  std::uint64_t runs = 6;  // of each sample: courses in turn; all samples of a generation have the same seeds
-  double lasts_s = 8;      // of a run
-  double push_mps = 0.12;  // every 3 s, in a direction that the seed draws; 0: none
-  double sigma = 0.07;     // of the first generation, as a part of each range
+  std::uint64_t runs = 6;    // of each sample: courses in turn; all samples of a generation have the same seeds
+  double lasts_s = 8;        // of a run
+  double push_mps = 0.12;    // every 3 s, in a direction that the seed draws; 0: none
+  std::uint64_t pushes = 0;  // of each sample, beside its walks: as the table's, each way in turn
+  double push_along_mps = 0.45, push_side_mps = 0.3;  // their changes of speed
+  double sigma = 0.07;                                // of the first generation, as a part of each range
 };
 
 /// Of the walk, or of a kick.
@@ -48,12 +50,12 @@ std::vector<Searched> parse_searched(const GaitSetup& setup, const SearchFor& wh
 
 /// What a setup costs, 0 being the best.
 /// A walk: 1 to 2 for a run that falls, the sooner the more; otherwise how far its speeds are from the wanted ones, its
-/// odometry from the truth, and how much it sways.
-/// Rising: how far from standing it was, the end counting most, and half of 1 for a run that does not stand in the end;
-/// from its back also how far from its front it remained. Getting down: the blow, and half of 1 for a run that does not
-/// lie at rest on its front in the end. Turning from a side: how far the torso then is from its front, and 0.05 a
-/// second. A kick, with both feet in turn: how much slower than 1.4 m/s the ball is as a part of that, and up to half
-/// of 1 for a direction more than 4 degrees off; 1 for a missed ball, 1.5 for a fall.
+/// odometry from the truth, and how much it sways. To the mean of the walks comes the part of the pushes that it fell
+/// by. Rising: how far from standing it was, the end counting most, and half of 1 for a run that does not stand in the
+/// end; from its back also how far from its front it remained. Getting down: the blow, and half of 1 for a run that
+/// does not lie at rest on its front in the end. Turning from a side: how far the torso then is from its front, and
+/// 0.05 a second. A kick, with both feet in turn: how much slower than 1.4 m/s the ball is as a part of that, 0.3 more
+/// below 1.25 m/s, and up to half of 1 for a direction more than 4 degrees off; 1 for a missed ball, 1.5 for a fall.
 double cost_of(const GaitSetup& setup, const SearchOptions& options, std::uint64_t generation, std::string& why);
 
 /// The samples of one generation, each as a setup.

@@ -85,7 +85,8 @@ TEST(MotionSearch, EachKickHasNumbersOfItsOwn) {
   EXPECT_EQ(other.book.kick_outward.strike_m, 0.15);
   EXPECT_EQ(other.book.kick_forward.strike_m, setup.book.kick_forward.strike_m);
   o.within_step = true;
-  EXPECT_EQ(start_of(setup, o = {SearchFor{o}, standard_numbers(o)}).size(), o.numbers.size()) << "the walk has them";
+  EXPECT_EQ(start_of(setup, o = {SearchFor{o}, standard_numbers(o)}).size(), o.numbers.size())
+      << "within a step it has others";
 }
 
 TEST(MotionSearch, AKickThatMissesOrFallsCostsMoreThanASlowOne) {
