@@ -5,19 +5,20 @@
 namespace sinew::motion {
 
 std::array<FootPlace, 8> Kick::way() const {
-  const KickParams& p = params;
+  const KickParams& p = params();
   const bool ahead = way_ == KickWay::forward;
-  const double back_m = ahead ? p.back_m : p.side_back_m, strike_m = ahead ? p.strike_m : p.side_strike_m;
-  const auto at = [&](double along_m, double up_m, double pitch_rad) {
+  const auto at = [&](double along_m, double up_m, double tip_rad) {
     return FreeFoot{.over = 1,
                     .from_place_m = along_m * (ahead ? Vec2{1, 0} : Vec2{0, sign(foot_)}),
                     .up_m = up_m,
-                    .pitch_rad = ahead ? pitch_rad : 0,
+                    .pitch_rad = ahead ? tip_rad : 0,
+                    .roll_rad = ahead ? 0 : -tip_rad,
                     .lean_back_rad = ahead ? p.lean_back_rad : 0,
+                    .lean_away_rad = ahead ? 0 : p.lean_back_rad,
                     .tall = 1};
   };
-  const FreeFoot back = at(-back_m, p.lift_m, p.back_pitch_rad);
-  const FreeFoot struck = at(strike_m, p.strike_lift_m, -p.strike_pitch_rad);
+  const FreeFoot back = at(-p.back_m, p.lift_m, p.back_tip_rad);
+  const FreeFoot struck = at(p.strike_m, p.strike_lift_m, -p.strike_tip_rad);
   return {{{p.shift_s, at(0, 0, 0)},
            {p.lift_s, back},
            {p.still_s, back},
@@ -53,8 +54,8 @@ void Kick::step(const math::Quat& q_world_torso, const math::Vec3& rate_radps, d
   FreeFoot foot = along_way(way(), time_s_);
   const bool ahead = way_ == KickWay::forward;
   const double along_m = ahead ? foot.from_place_m.x : sign(foot_) * foot.from_place_m.y;
-  foot.arms_rad = params.arm_swing_rad * std::max(0.0, along_m) / (ahead ? params.strike_m : params.side_strike_m);
-  stand_.step(foot_, foot, balance_of(params), q_world_torso, rate_radps, dt_s, targets_rad);
+  foot.arms_rad = params().arm_swing_rad * std::max(0.0, along_m) / params().strike_m;
+  stand_.step(foot_, foot, balance_of(params()), q_world_torso, rate_radps, dt_s, targets_rad);
 }
 
 }  // namespace sinew::motion

@@ -6,14 +6,14 @@
 
 namespace sinew::motion {
 
+/// Of one way to kick.
 struct KickParams {
   double shift_s = 0.5, lift_s = 0.3, still_s = 0.1, strike_s = 0.1, follow_s = 0.1, return_s = 0.35, lower_s = 0.25;
   double com_inside_m = 0.004, com_forward_m = 0;
   double taller_m = 0, less_lean_rad = 0;
   double lift_m = 0.03, strike_lift_m = 0.03;
   double back_m = 0.07, strike_m = 0.1;
-  double side_back_m = 0, side_strike_m = 0.12;
-  double back_pitch_rad = 0.4, strike_pitch_rad = 0.6;
+  double back_tip_rad = 0, strike_tip_rad = 0;
   double lean_back_rad = 0;
   double gyro_pitch_s = 0.05, gyro_roll_s = 0.05, tilt_pitch = 0.2, tilt_roll = 0.2;
   double arm_swing_rad = 0.6;
@@ -34,14 +34,13 @@ inline constexpr Param<KickParams> kKickParams[] = {
     {"less_lean_rad", &KickParams::less_lean_rad, "rad", -0.3, 0.3, "how much less its torso leans forward"},
     {"lift_m", &KickParams::lift_m, "m", 0.005, 0.1, "of the foot, when it is back"},
     {"strike_lift_m", &KickParams::strike_lift_m, "m", 0.005, 0.12, "when it is furthest"},
-    {"back_m", &KickParams::back_m, "m", 0, 0.2, "how far it goes back before a strike forward"},
-    {"strike_m", &KickParams::strike_m, "m", 0.02, 0.2, "how far forward it strikes"},
-    {"side_back_m", &KickParams::side_back_m, "m", -0.05, 0.1, "how far inward before a strike to its side"},
-    {"side_strike_m", &KickParams::side_strike_m, "m", 0.02, 0.2, "how far to its side it strikes"},
-    {"back_pitch_rad", &KickParams::back_pitch_rad, "rad", 0, 1, "toes down before a strike forward"},
-    {"strike_pitch_rad", &KickParams::strike_pitch_rad, "rad", 0, 1,
-     "toes up at its end: a sole that stays level would need twice the speed at the ankle"},
-    {"lean_back_rad", &KickParams::lean_back_rad, "rad", -0.5, 0.5, "of the torso against the strike"},
+    {"back_m", &KickParams::back_m, "m", -0.05, 0.2, "how far it goes away from the ball before it strikes"},
+    {"strike_m", &KickParams::strike_m, "m", 0.02, 0.2, "how far toward the ball it strikes"},
+    {"back_tip_rad", &KickParams::back_tip_rad, "rad", 0, 1,
+     "the sole's edge toward the ball goes down before the strike"},
+    {"strike_tip_rad", &KickParams::strike_tip_rad, "rad", 0, 1,
+     "and up at its end: a sole that stays level would need twice the speed at the ankle"},
+    {"lean_back_rad", &KickParams::lean_back_rad, "rad", -0.5, 0.5, "of the torso away from the ball"},
     {"gyro_pitch_s", &KickParams::gyro_pitch_s, "s", 0, 0.3, "ankle pitch for each rad/s of the torso"},
     {"gyro_roll_s", &KickParams::gyro_roll_s, "s", 0, 0.3, "ankle roll for each rad/s of the torso"},
     {"tilt_pitch", &KickParams::tilt_pitch, "1", -0.5, 1, "ankle pitch for each rad of the torso's tilt"},
@@ -49,10 +48,11 @@ inline constexpr Param<KickParams> kKickParams[] = {
     {"arm_swing_rad", &KickParams::arm_swing_rad, "rad", -2, 2, "the arms swing against the strike"},
 };
 
-/// Begins and ends in the walk's standing pose. Thread:  owner.   RT: yes, after the constructor.
+/// Lengths are along the strike: forward, or to the foot's own side. Begins and ends in the walk's standing pose.
+/// Thread:  owner.   RT: yes, after the constructor.
 class Kick {
  public:
-  KickParams params;
+  KickParams forward, outward;
 
   /// Stance and servos as the walk's.
   Kick(const Figure& figure, const WalkParams& walk, std::span<const double> rest_rad)
@@ -71,6 +71,7 @@ class Kick {
   }
 
  private:
+  const KickParams& params() const { return way_ == KickWay::forward ? forward : outward; }
   std::array<FootPlace, 8> way() const;
 
   OneFoot stand_;

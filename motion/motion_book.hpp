@@ -9,6 +9,7 @@
 #include "motion/gaze.hpp"
 #include "motion/key_poses.hpp"
 #include "motion/kick.hpp"
+#include "motion/step_kick.hpp"
 #include "motion/walk_params.hpp"
 
 namespace sinew::motion {
@@ -17,7 +18,8 @@ struct MotionBook {
   JointAngles rest_rad{};  // of arms and head while walking
   WalkParams walk{};
   FallParams fall{};
-  KickParams kick{};
+  KickParams kick_forward{}, kick_outward{};
+  StepKickParams step_kick_forward{}, step_kick_outward{};
   BallStopParams stop{};
   GazeParams gaze{};
   std::map<std::string, std::vector<KeyPose>> poses{};  // "rise_front": its poses, in order

@@ -37,7 +37,8 @@ void OneFoot::step(Side free_side, const FreeFoot& at, const OneFootBalance& bal
   const Vec2 middle = Vec2{walk_.com_forward_m, 0} + 0.5 * foot;
   const Vec2 above{balance.com_m.x, toward * balance.com_m.y};
   const Vec2 com = middle + at.over * (above - middle);
-  const math::Quat planned = math::Quat::from_axis_angle({0, 1, 0}, stand.lean_rad - at.lean_back_rad);
+  const math::Quat planned = math::Quat::from_axis_angle({0, 1, 0}, stand.lean_rad - at.lean_back_rad) *
+                             math::Quat::from_axis_angle({1, 0, 0}, toward * at.lean_away_rad);
   const Vec2 torso_at = com - offsets.com_m;
   const kinematics::Pose to_torso =
       kinematics::Pose{{torso_at.x, torso_at.y, stand.height_m - at.torso_down_m + offsets.over_hips_m}, planned}
@@ -55,7 +56,8 @@ void OneFoot::step(Side free_side, const FreeFoot& at, const OneFootBalance& bal
     const bool carries = side != free_side;
     const bool is_up = !carries && at.up_m > kFree_m;
     const math::Quat turn =
-        is_up ? math::Quat::from_axis_angle({0, 1, 0}, at.pitch_rad)
+        is_up ? math::Quat::from_axis_angle({0, 1, 0}, at.pitch_rad) *
+                    math::Quat::from_axis_angle({1, 0, 0}, toward * at.roll_rad)
               : math::Quat::from_axis_angle({0, 1, 0}, pitch) * math::Quat::from_axis_angle({1, 0, 0}, roll);
     const kinematics::Pose sole{carries ? math::Vec3{} : math::Vec3{foot.x, foot.y, at.up_m}, turn};
     figure_->place_sole(side, to_torso * sole, targets_rad);
@@ -86,7 +88,9 @@ FreeFoot along_way(std::span<const FootPlace> way, double time_s) {
             .from_place_m = before.from_place_m + share * (f.from_place_m - before.from_place_m),
             .up_m = between(before.up_m, f.up_m),
             .pitch_rad = between(before.pitch_rad, f.pitch_rad),
+            .roll_rad = between(before.roll_rad, f.roll_rad),
             .lean_back_rad = between(before.lean_back_rad, f.lean_back_rad),
+            .lean_away_rad = between(before.lean_away_rad, f.lean_away_rad),
             .torso_down_m = between(before.torso_down_m, f.torso_down_m),
             .tall = between(before.tall, f.tall),
             .arms_rad = between(before.arms_rad, f.arms_rad)};

@@ -13,7 +13,9 @@ struct FreeFoot {
   Vec2 from_place_m;         // beside the place where it stands
   double up_m = 0;           // of its sole's middle
   double pitch_rad = 0;      // toes down
+  double roll_rad = 0;       // outer edge up
   double lean_back_rad = 0;  // of the torso
+  double lean_away_rad = 0;  // of the torso, to the side of the foot that carries
   double torso_down_m = 0;   // lower than it stands
   double tall = 0;           // 0: as the walk stands, 1: as the balance says
   double arms_rad = 0;       // the arm of its side goes back by so much, the other one ahead

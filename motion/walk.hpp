@@ -6,6 +6,7 @@
 #include "motion/planar.hpp"
 #include "motion/servo_lead.hpp"
 #include "motion/stance.hpp"
+#include "motion/step_kick.hpp"
 #include "motion/tilt.hpp"
 #include "motion/walk_params.hpp"
 
@@ -44,6 +45,7 @@ enum class WalkPhase : std::uint8_t {
 class Walk {
  public:
   WalkParams params;
+  StepKickParams kick_forward, kick_outward;
   Tilt tilt;
 
   /// `rest_rad`: angles of the joints that the walk does not move; of shoulders, about which they swing.
@@ -134,10 +136,11 @@ class Walk {
   void write(double dt_s, std::span<double> targets_rad);
   double torso_yaw() const;
   double wanted_distance() const;
-  double period() const { return kicking_ ? params.kick_stretch * params.period_s : params.period_s; }
+  double period() const { return kicking_ ? kick_params().stretch * params.period_s : params.period_s; }
+  const StepKickParams& kick_params() const { return kick_way_ == KickWay::forward ? kick_forward : kick_outward; }
   struct KickOffset {
     math::Vec3 at_m;
-    double pitch_rad = 0;
+    math::Quat turn;
   };
   KickOffset kick_offset() const;
 

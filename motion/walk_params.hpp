@@ -15,7 +15,7 @@ struct WalkParams {
   double com_forward_m = 0;
   double cop_inside_m = 0.004;
   double omega_radps = 6.2;
-  double swing_begin = 0.05, swing_end = 0.9;
+  double swing_begin = 0.05, swing_end = 0.9, swing_ramp = 0.33;
   double lift_peak = 0.45;
   double settle_s = 0.6;
   double arm_swing = 0.6;
@@ -47,9 +47,6 @@ struct WalkParams {
   double most_step_x_m = 0.14, most_step_y_m = 0.24, least_feet_m = 0.080;
   double bias_s = 3;
   double heading_per_s = 1.5;
-  // A kick within a step.
-  double kick_stretch = 1.35;
-  double kick_back_m = 0.04, kick_strike_m = 0.09, kick_side_m = 0.09, kick_lift_m = 0.01, kick_pitch_rad = 0.4;
   // The servos.
   double late_s = 0.075;
   double lead_s = 0.045;
@@ -71,6 +68,8 @@ inline constexpr Param<WalkParams> kWalkParams[] = {
     {"omega_radps", &WalkParams::omega_radps, "rad/s", 3, 10, "of the pendulum: root of g over its height"},
     {"swing_begin", &WalkParams::swing_begin, "1", 0, 0.5, "part of the step after which the foot moves forward"},
     {"swing_end", &WalkParams::swing_end, "1", 0.5, 1, "part of the step after which it has arrived"},
+    {"swing_ramp", &WalkParams::swing_ramp, "1", 0.05, 0.5,
+     "part of the way's time in which it gets its speed, and loses it; shorter: a lower speed between"},
     {"lift_peak", &WalkParams::lift_peak, "1", 0.2, 0.8, "part of the step at which the foot is highest"},
     {"settle_s", &WalkParams::settle_s, "s", 0.2, 2, "from the last step to standing"},
     {"arm_swing", &WalkParams::arm_swing, "1", 0, 3, "angle of an arm for each angle of the other leg"},
@@ -121,12 +120,6 @@ inline constexpr Param<WalkParams> kWalkParams[] = {
     {"bias_s", &WalkParams::bias_s, "s", 0.3, 60,
      "in which time a lasting error of the dcm is taken as the body's own"},
     {"heading_per_s", &WalkParams::heading_per_s, "1/s", 0, 10, "turning for each rad of lost heading"},
-    {"kick_stretch", &WalkParams::kick_stretch, "1", 1, 2, "a step with a kick lasts longer by this factor"},
-    {"kick_back_m", &WalkParams::kick_back_m, "m", 0, 0.15, "how far back the foot goes before it strikes"},
-    {"kick_strike_m", &WalkParams::kick_strike_m, "m", 0.02, 0.2, "how far beyond its way it strikes, forward"},
-    {"kick_side_m", &WalkParams::kick_side_m, "m", 0.02, 0.2, "the same to its own side"},
-    {"kick_lift_m", &WalkParams::kick_lift_m, "m", 0, 0.06, "how much higher it goes"},
-    {"kick_pitch_rad", &WalkParams::kick_pitch_rad, "rad", 0, 1, "toes up at the end of a strike forward"},
     {"late_s", &WalkParams::late_s, "s", 0, 0.2, "from a target to its effect as it is measured"},
     {"lead_s", &WalkParams::lead_s, "s", 0, 0.2, "servos get targets of so much later, by their rate"},
     {"imu_late_s", &WalkParams::imu_late_s, "s", 0, 0.05, "age of gyro and accelerometer beside that of the joints"},

@@ -12,6 +12,14 @@ double smooth(double x) {
   x = std::clamp(x, 0.0, 1.0);
   return x * x * (3 - 2 * x);
 }
+
+/// From 0 to 1 with a speed that rises for a part `ramp` of the time, stays, and falls for such a part.
+double ramped(double x, double ramp) {
+  x = std::clamp(x, 0.0, 1.0);
+  const double end = std::min(x, 1 - x), most = 1 / (1 - ramp);
+  const double way = end < ramp ? 0.5 * most * end * end / ramp : most * (end - 0.5 * ramp);
+  return x < 0.5 ? way : 1 - way;
+}
 double approach(double from, double to, double most) { return from + std::clamp(to - from, -most, most); }
 
 }  // namespace
@@ -139,7 +147,7 @@ void Walk::advance_step(double dt_s) {
 
 void Walk::move_foot(const Planar& to, double dt_s) {
   const double at = time_s_ / end_s_;
-  const double way = smooth((at - params.swing_begin) / (params.swing_end - params.swing_begin));
+  const double way = ramped((at - params.swing_begin) / (params.swing_end - params.swing_begin), params.swing_ramp);
   if (way > swung_ && swung_ < 1) {
     const double part = (way - swung_) / (1 - swung_);
     Vec2 move = part * (to.at_m - foot_.at_m);

@@ -27,23 +27,24 @@ Walk::KickOffset Walk::kick_offset() const {
   struct Point {
     double at, along, up;  // parts of the step, of the strike, of the lift
   };
-  const bool forward = kick_way_ == KickWay::forward;
-  const double strike_m = forward ? params.kick_strike_m : params.kick_side_m;
-  const double back = forward ? -params.kick_back_m / strike_m : 0;
-  const std::array<Point, 5> points{{{0.1, 0, 0}, {0.4, back, 1}, {0.6, 1, 1}, {0.65, 1, 1}, {0.95, 0, 0}}};
+  const StepKickParams& p = kick_params();
+  const double back = -p.back_m / p.strike_m, held_to = std::min(p.hit_at + p.hold, 0.98);
+  const std::array<Point, 5> points{
+      {{0.05, 0, 0}, {p.back_at, back, 1}, {std::max(p.hit_at, p.back_at + 0.02), 1, 1}, {held_to, 1, 1}, {1, 0, 0}}};
   const double at = time_s_ / end_s_;
   Point before{0, 0, 0}, now{1, 0, 0};
-  for (const Point& p : points) {
-    if (at < p.at) {
-      const double part = (at - before.at) / (p.at - before.at);
-      now = {at, before.along + part * (p.along - before.along), before.up + part * (p.up - before.up)};
+  for (const Point& to : points) {
+    if (at < to.at) {
+      const double part = (at - before.at) / (to.at - before.at);
+      now = {at, before.along + part * (to.along - before.along), before.up + part * (to.up - before.up)};
       break;
     }
-    before = p;
+    before = to;
   }
-  const double along_m = now.along * strike_m;
-  return {{forward ? along_m : 0, forward ? 0 : sign(kick_foot_) * along_m, now.up * params.kick_lift_m},
-          forward ? -params.kick_pitch_rad * now.along : 0};
+  const double along_m = now.along * p.strike_m, tip_rad = p.tip_rad * now.along, up_m = now.up * p.lift_m;
+  if (kick_way_ == KickWay::forward) return {{along_m, 0, up_m}, math::Quat::from_axis_angle({0, 1, 0}, -tip_rad)};
+  const double side = sign(kick_foot_);
+  return {{0, side * along_m, up_m}, math::Quat::from_axis_angle({1, 0, 0}, side * tip_rad)};
 }
 
 void Walk::write(double dt_s, std::span<double> targets_rad) {
@@ -86,7 +87,7 @@ void Walk::write(double dt_s, std::span<double> targets_rad) {
     if (!carries && kicking_) {
       const KickOffset offset = kick_offset();
       sole.p_m += offset.at_m;
-      sole.q = sole.q * math::Quat::from_axis_angle({0, 1, 0}, offset.pitch_rad);
+      sole.q = sole.q * offset.turn;
     }
     figure_->place_sole(side, to_torso * sole, targets_rad);
     const Vec2 push = both ? at.at_m : (carries ? cop_m_ : foot_.at_m);

@@ -21,7 +21,8 @@ std::optional<KickResult> run_kick(const GaitSetup& setup, const KickTrial& tria
   math::Random random(trial.seed, 0xba11);
   motion::Walk walk = rig->make_walk();
   motion::Kick kick(rig->figure(), setup.book.walk, setup.book.rest_rad);
-  kick.params = setup.book.kick;
+  kick.forward = setup.book.kick_forward;
+  kick.outward = setup.book.kick_outward;
   walk.reset(rig->sense());
   const plant::BallSize ball_size;
   const motion::LegOfFigure& leg = rig->figure().leg(trial.foot);

@@ -132,11 +132,11 @@ int search(Options& o) {
   if (!load(o)) return kNotBegun;
   std::string why;
   if (!o.numbers.empty())
-    o.search.numbers = parse_searched(o.setup, o.search.motion, o.numbers, why);
+    o.search.numbers = parse_searched(o.setup, o.search, o.numbers, why);
   else if (!o.search.motion.empty())
     o.search.numbers = numbers_of_motion(o.setup, o.search.motion, o.poses, o.range_deg, why);
   else
-    o.search.numbers = standard_numbers();
+    o.search.numbers = standard_numbers(o.search);
   if (!why.empty()) return fail(why);
   static_cast<void>(hal::stop_requested());
   CmaEs cma(start_of(o.setup, o.search), o.search.sigma, o.search.seed, o.search.samples);
@@ -178,7 +178,7 @@ int main(int argc, char** argv) {
   CLI::App options(
       "Walks, pushes, falls, rising and kicks of a humanoid on the simulated pitch, with the errors of real servos "
       "and\n"
-      "sensors, in virtual time; and the search for the numbers of its walk.",
+      "sensors, in virtual time; and the search for their numbers.",
       "sinew-gait");
   options.require_subcommand(1);
   std::map<CLI::App*, Kind> kinds;
@@ -214,13 +214,18 @@ int main(int argc, char** argv) {
           ->check(app::number(0, 5));
   }
   CLI::App& find = *options.add_subcommand(
-      "search", "for the numbers of a walk or the poses of a motion, by covariance adaptation over seeds");
+      "search", "for the numbers of a walk or a kick, or the poses of a motion, by covariance adaptation over seeds");
   add_files(find, o);
   find.add_option("out", o.out, "the motion file that is written after each generation")->required();
   find.add_option("--numbers", o.numbers,
                   "NAME:LEAST:MOST,...; without it: the standard ones; with --motion POSE/JOINT or POSE/duration_s");
   find.add_option("--motion", o.search.motion,
                   "searches the poses of this motion: rise_front, rise_back, turn_from_left, get_down");
+  const std::map<std::string, motion::KickWay> ways{{"forward", motion::KickWay::forward},
+                                                    {"outward", motion::KickWay::outward}};
+  find.add_option("--kick", o.search.kick, "searches the numbers of this kick: forward, outward")
+      ->transform(CLI::CheckedTransformer(ways));
+  find.add_flag("--within-step", o.search.within_step, "with --kick: of the kick within a step of the walk");
   find.add_option("--poses", o.poses, "with --motion: these only")->delimiter(',');
   find.add_option("--range", o.range_deg, "with --motion: how far to both sides of each angle, degrees")
       ->check(app::number(1, 180))
@@ -238,6 +243,15 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   find.add_option("--seconds", o.search.lasts_s, "of a run")->check(app::number(1, 600))->capture_default_str();
   find.add_option("--push", o.search.push_mps, "change of speed by a push each 3 s, m/s")
+      ->check(app::number(0, 2))
+      ->capture_default_str();
+  find.add_option("--pushes", o.search.pushes, "of a sample, beside its walks: from front, right, left, back in turn")
+      ->check(app::whole(0, 99))
+      ->capture_default_str();
+  find.add_option("--push-along", o.search.push_along_mps, "change of speed by those from front and back, m/s")
+      ->check(app::number(0, 2))
+      ->capture_default_str();
+  find.add_option("--push-side", o.search.push_side_mps, "and by those from the sides, m/s")
       ->check(app::number(0, 2))
       ->capture_default_str();
   find.add_option("--sigma", o.search.sigma, "spread of the first samples, as a part of each range")

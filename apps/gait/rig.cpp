@@ -42,6 +42,8 @@ std::unique_ptr<Rig> Rig::create(const GaitSetup& setup, std::uint64_t seed, std
 motion::Walk Rig::make_walk() const {
   motion::Walk walk(figure_, setup_->book.rest_rad);
   walk.params = setup_->book.walk;
+  walk.kick_forward = setup_->book.step_kick_forward;
+  walk.kick_outward = setup_->book.step_kick_outward;
   return walk;
 }
 

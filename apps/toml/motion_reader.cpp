@@ -102,7 +102,13 @@ void read_motions(TomlReader& root, const kinematics::Body& body, MotionBook& bo
   root.table("rest_deg", [&](TomlReader& r) { read_angles(r, body, book.rest_rad); });
   root.table("walk", [&](TomlReader& r) { read_params<motion::WalkParams>(r, motion::kWalkParams, book.walk); });
   root.table("fall", [&](TomlReader& r) { read_params<motion::FallParams>(r, motion::kFallParams, book.fall); });
-  root.table("kick", [&](TomlReader& r) { read_params<motion::KickParams>(r, motion::kKickParams, book.kick); });
+  const auto read_kick = [&](const std::string& name, motion::KickParams& kick, motion::StepKickParams& in_step) {
+    root.table(name, [&](TomlReader& r) { read_params<motion::KickParams>(r, motion::kKickParams, kick); });
+    root.table("step_" + name,
+               [&](TomlReader& r) { read_params<motion::StepKickParams>(r, motion::kStepKickParams, in_step); });
+  };
+  read_kick("kick_forward", book.kick_forward, book.step_kick_forward);
+  read_kick("kick_outward", book.kick_outward, book.step_kick_outward);
   root.table("stop",
              [&](TomlReader& r) { read_params<motion::BallStopParams>(r, motion::kBallStopParams, book.stop); });
   root.table("gaze", [&](TomlReader& r) { read_params<motion::GazeParams>(r, motion::kGazeParams, book.gaze); });
@@ -136,7 +142,10 @@ std::string motions_text(const MotionBook& book, const kinematics::Body& body, c
   out += angles_text(book.rest_rad, JointAngles{}, body, "\n") + '\n';
   out += params_text<motion::WalkParams>("walk", motion::kWalkParams, book.walk);
   out += params_text<motion::FallParams>("fall", motion::kFallParams, book.fall);
-  out += params_text<motion::KickParams>("kick", motion::kKickParams, book.kick);
+  out += params_text<motion::KickParams>("kick_forward", motion::kKickParams, book.kick_forward);
+  out += params_text<motion::KickParams>("kick_outward", motion::kKickParams, book.kick_outward);
+  out += params_text<motion::StepKickParams>("step_kick_forward", motion::kStepKickParams, book.step_kick_forward);
+  out += params_text<motion::StepKickParams>("step_kick_outward", motion::kStepKickParams, book.step_kick_outward);
   out += params_text<motion::BallStopParams>("stop", motion::kBallStopParams, book.stop);
   out += params_text<motion::GazeParams>("gaze", motion::kGazeParams, book.gaze);
   for (const auto& [name, poses] : book.poses) {

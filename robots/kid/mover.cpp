@@ -45,7 +45,10 @@ Mover::Mover(robots::RobotBody robot) : robot_(std::move(robot)) {
   if (!robot_.motions) return;
   walk_params_ = robot_.motions->walk;
   fall_params_ = robot_.motions->fall;
-  kick_params_ = robot_.motions->kick;
+  kick_forward_ = robot_.motions->kick_forward;
+  kick_outward_ = robot_.motions->kick_outward;
+  step_kick_forward_ = robot_.motions->step_kick_forward;
+  step_kick_outward_ = robot_.motions->step_kick_outward;
   stop_params_ = robot_.motions->stop;
 }
 
@@ -63,7 +66,10 @@ void Mover::declare(rt::Declaration& d) {
   d.state(rad_, targets_, kept_, since_, mode_, falls_, plays_, height_m_, request_, progress_, refused_, refusal_);
   declare_params<motion::WalkParams>(d, "", motion::kWalkParams, walk_params_);
   declare_params<motion::FallParams>(d, "fall_", motion::kFallParams, fall_params_);
-  declare_params<motion::KickParams>(d, "stand_kick_", motion::kKickParams, kick_params_);
+  declare_params<motion::KickParams>(d, "kick_forward_", motion::kKickParams, kick_forward_);
+  declare_params<motion::KickParams>(d, "kick_outward_", motion::kKickParams, kick_outward_);
+  declare_params<motion::StepKickParams>(d, "step_kick_forward_", motion::kStepKickParams, step_kick_forward_);
+  declare_params<motion::StepKickParams>(d, "step_kick_outward_", motion::kStepKickParams, step_kick_outward_);
   declare_params<motion::BallStopParams>(d, "stop_", motion::kBallStopParams, stop_params_);
 }
 
@@ -344,8 +350,11 @@ rt::StepStatus Mover::step(const rt::Step& step) noexcept {
     return rt::StepStatus::stale;
   read_motions();
   walk_->params = walk_params_;
+  walk_->kick_forward = step_kick_forward_;
+  walk_->kick_outward = step_kick_outward_;
   fall_.params = fall_params_;
-  kick_->params = stop_->kick = kick_params_;
+  kick_->forward = stop_->kick = kick_forward_;
+  kick_->outward = kick_outward_;
   stop_->params = stop_params_;
   if (balances)
     move(step);

@@ -77,7 +77,8 @@ class Mover final : public rt::Module {
   std::optional<motion::PoseMotions> pose_motions_;  // none before configure()
   motion::WalkParams walk_params_;
   motion::FallParams fall_params_;
-  motion::KickParams kick_params_;
+  motion::KickParams kick_forward_, kick_outward_;
+  motion::StepKickParams step_kick_forward_, step_kick_outward_;
   motion::BallStopParams stop_params_;
 
   rt::In<msg::ImuSample> imu_;

@@ -235,7 +235,8 @@ TEST(Kick, StrikesWithItsFootOverTheOtherAndEndsAsItBegan) {
   for (const Side foot : kSides)
     for (const KickWay way : {KickWay::forward, KickWay::outward}) {
       Kick kick(*op3.figure, op3.book.walk, op3.book.rest_rad);
-      kick.params = op3.book.kick;
+      kick.forward = op3.book.kick_forward;
+      kick.outward = op3.book.kick_outward;
       std::vector<double> targets(op3.body.joints()), first;
       kick.start(foot, way);
       kinematics::BodyPose pose(op3.body);
@@ -249,7 +250,7 @@ TEST(Kick, StrikesWithItsFootOverTheOtherAndEndsAsItBegan) {
         furthest = std::max(furthest, way == KickWay::forward ? apart.x : sign(foot) * apart.y);
       }
       const double reach =
-          way == KickWay::forward ? kick.params.strike_m : op3.book.walk.stance_m + kick.params.side_strike_m;
+          way == KickWay::forward ? kick.forward.strike_m : op3.book.walk.stance_m + kick.outward.strike_m;
       EXPECT_GT(furthest, 0.8 * reach);
       for (std::size_t j = 0; j < targets.size(); ++j) EXPECT_NEAR(targets[j], first[j], 0.02) << j;
     }
@@ -261,7 +262,7 @@ TEST(BallStop, PutsItsFootAsideAndEndsAsItBegan) {
   for (const Side foot : kSides) {
     BallStop stop(*op3.figure, op3.book.walk, op3.book.rest_rad);
     stop.params = op3.book.stop;
-    stop.kick = op3.book.kick;
+    stop.kick = op3.book.kick_forward;
     std::vector<double> targets(op3.body.joints()), first;
     stop.start(foot);
     kinematics::BodyPose pose(op3.body);
@@ -322,13 +323,15 @@ TEST(MotionBook, GoesThroughTheTextOfItsFileUnchanged) {
   const Op3 op3;
   MotionBook book = op3.book;
   book.stop.aside_m = 0.0625;
-  book.kick.strike_m = 0.125;
+  book.kick_forward.strike_m = 0.125;
+  book.kick_outward.strike_m = 0.0875;
   book.gaze.lag_s = 0.0375;
   const auto read = app::parse_motions(app::motions_text(book, op3.body, "# of a test\n"), "a_motion.toml", op3.body);
   EXPECT_TRUE(read.problems.empty());
   EXPECT_EQ(read.book.stop.aside_m, 0.0625);
   EXPECT_EQ(read.book.stop.hold_s, book.stop.hold_s);
-  EXPECT_EQ(read.book.kick.strike_m, 0.125);
+  EXPECT_EQ(read.book.kick_forward.strike_m, 0.125);
+  EXPECT_EQ(read.book.kick_outward.strike_m, 0.0875);
   EXPECT_EQ(read.book.gaze.lag_s, 0.0375);
   EXPECT_EQ(read.book.poses.size(), book.poses.size());
 }

@@ -38,9 +38,10 @@ TEST(MotionSearch, NumbersOfAMotionAreItsDurationsAndTheAnglesThatItsPosesMove) 
 
 TEST(MotionSearch, ASampleSetsBothSidesAndLaterPosesThatKeptTheAngle) {
   const GaitSetup setup = op3_setup();
-  SearchOptions o{.motion = "rise_front"};
+  SearchOptions o;
+  o.motion = "rise_front";
   std::string why;
-  o.numbers = parse_searched(setup, o.motion, "turn arms/shoulder_pitch:-170:-100,push up/duration_s:0.2:1", why);
+  o.numbers = parse_searched(setup, o, "turn arms/shoulder_pitch:-170:-100,push up/duration_s:0.2:1", why);
   ASSERT_EQ(why, "");
   ASSERT_EQ(o.numbers.size(), 2u);
   const std::vector<double> start = start_of(setup, o);
@@ -62,12 +63,48 @@ TEST(MotionSearch, ASampleSetsBothSidesAndLaterPosesThatKeptTheAngle) {
 TEST(MotionSearch, AWrongNumberIsNamed) {
   const GaitSetup setup = op3_setup();
   std::string why;
-  EXPECT_TRUE(parse_searched(setup, "rise_front", "push up/wing:-1:1", why).empty());
+  EXPECT_TRUE(parse_searched(setup, {.motion = "rise_front"}, "push up/wing:-1:1", why).empty());
   EXPECT_EQ(why, "push up/wing: rise_front has no number of this name");
-  EXPECT_TRUE(parse_searched(setup, "rise_front", "push up/knee:0:500", why).empty());
+  EXPECT_TRUE(parse_searched(setup, {.motion = "rise_front"}, "push up/knee:0:500", why).empty());
   EXPECT_NE(why.find("LEAST < MOST <="), std::string::npos) << why;
-  EXPECT_TRUE(parse_searched(setup, "", "push up/knee:0:50", why).empty());
+  EXPECT_TRUE(parse_searched(setup, {}, "push up/knee:0:50", why).empty());
   EXPECT_EQ(why, "push up/knee: the walk has no number of this name");
+  const SearchFor kick{.kick = motion::KickWay::outward};
+  EXPECT_TRUE(parse_searched(setup, kick, "period_s:0.2:0.3", why).empty());
+  EXPECT_EQ(why, "period_s: the kick has no number of this name");
+}
+
+TEST(MotionSearch, EachKickHasNumbersOfItsOwn) {
+  const GaitSetup setup = op3_setup();
+  SearchOptions o;
+  o.kick = motion::KickWay::outward;
+  std::string why;
+  o.numbers = parse_searched(setup, o, "strike_m:0.05:0.15", why);
+  ASSERT_EQ(why, "");
+  const GaitSetup other = setups_of(setup, o, {{1}}).front();
+  EXPECT_EQ(other.book.kick_outward.strike_m, 0.15);
+  EXPECT_EQ(other.book.kick_forward.strike_m, setup.book.kick_forward.strike_m);
+  o.within_step = true;
+  EXPECT_EQ(start_of(setup, o = {SearchFor{o}, standard_numbers(o)}).size(), o.numbers.size())
+      << "within a step it has others";
+}
+
+TEST(MotionSearch, AKickThatMissesOrFallsCostsMoreThanASlowOne) {
+  GaitSetup setup = op3_setup();
+  SearchOptions o;
+  o.kick = motion::KickWay::forward;
+  o.runs = 2;
+  std::string why;
+  const double good = cost_of(setup, o, 0, why);
+  setup.book.kick_forward.strike_s = 1;
+  const double slow = cost_of(setup, o, 0, why);
+  setup.book.kick_forward.strike_m = 0.02;
+  setup.book.kick_forward.back_m = 0.1;
+  const double missed = cost_of(setup, o, 0, why);
+  EXPECT_EQ(why, "");
+  EXPECT_LT(good, 0.5);
+  EXPECT_GT(slow, good + 0.1);
+  EXPECT_EQ(missed, 1);
 }
 
 TEST(MotionSearch, GettingDownIsGentleAndFallingOverCostsMore) {
