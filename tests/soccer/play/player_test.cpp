@@ -2,7 +2,15 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdlib>
+#include <fstream>
+#include <sstream>
+
 #include "math/random.hpp"
+
+namespace sinew::test {
+std::string source_dir();
+}
 
 namespace sinew::soccer {
 namespace {
@@ -86,6 +94,21 @@ TEST(Player, BringsTheBallIntoTheGoalFromAnywhereWithoutAMissedKick) {
                                << ", " << game.doing();
     EXPECT_EQ(game.missed, 0) << "of " << game.kicks;
   }
+}
+
+TEST(Player, ThePageDrawsItsStates) {
+  behaviour::Tree<PlayBoard> tree;
+  add_player(tree);
+  ASSERT_TRUE(tree.resolve().empty());
+  const std::string path = test::source_dir() + "/docs/soccer-play.md", begin = "```mermaid\n", end = "```\n";
+  std::ostringstream read;
+  read << std::ifstream(path).rdbuf();
+  std::string is = read.str();
+  const std::size_t from = is.find(begin), to = from == is.npos ? from : is.find(end, from + begin.size());
+  ASSERT_NE(to, is.npos) << path << " has no drawing";
+  std::string should = is.substr(0, from) + begin + tree.plan().mermaid() + is.substr(to);
+  if (std::getenv("SINEW_WRITE_DOCS")) std::ofstream(path) << should, is = should;
+  EXPECT_EQ(is, should) << "docs/soccer-play.md differs from the states; SINEW_WRITE_DOCS=1 writes it";
 }
 
 TEST(Player, SearchesABallThatItDoesNotSee) {
