@@ -79,8 +79,13 @@ std::optional<std::vector<RecordedPlace>> read_places(record::Reader& reader, co
 
 PoseErrors errors_of(const std::vector<RecordedPlace>& places, double settle_s) {
   PoseErrors e;
+  const soccer::Field field;
   for (const RecordedPlace& p : places) {
     if (p.t_s < places[0].t_s + settle_s) continue;
+    if (!field.holds({p.truth.x_m, p.truth.y_m}, field.size().border_m)) {
+      ++e.beyond;
+      continue;
+    }
     msg::FieldPose pose;
     pose.x_m = p.believed.x_m, pose.y_m = p.believed.y_m, pose.heading_rad = p.believed.heading_rad;
     pose.found = p.found;
