@@ -40,9 +40,16 @@ bool read_states(record::Reader& reader, const std::string& topic, std::vector<S
 }
 
 void add_path(std::string& svg, const std::vector<RecordedPlace>& places, bool truth, bool found, const char* style) {
+  constexpr double kJump_m = 0.5;  // it took another place for its own: no path
   bool open = false;
   char text[64];
+  soccer::FieldAt last;
   for (const RecordedPlace& p : places) {
+    if (open && distance_m(truth ? p.truth : p.believed, last) > kJump_m) {
+      svg += "\"/>\n";
+      open = false;
+    }
+    last = truth ? p.truth : p.believed;
     if (!truth && p.found != found) {
       if (open) svg += "\"/>\n";
       open = false;
