@@ -93,15 +93,18 @@ void FieldWalk::look() {
            p.v_px > margin_px && p.v_px < kHeight - margin_px;
   };
   const auto seen_at = [&](const FieldPoint& f, double sigma_px, double sigma_m) -> std::optional<msg::GroundPoint> {
-    const FieldPoint r = at_.in(f.x_m + random_.normal(0, sigma_m), f.y_m + random_.normal(0, sigma_m));
+    const double dx = random_.normal(0, sigma_m), dy = random_.normal(0, sigma_m);
+    const double du = random_.normal(0, sigma_px), dv = random_.normal(0, sigma_px);
+    const FieldPoint r = at_.in(f.x_m + dx, f.y_m + dy);
     const soccer::PixelAt p = truly.pixel(GroundXy{r.x_m, r.y_m});
-    const auto g = believed.ground(p.u_px + random_.normal(0, sigma_px), p.v_px + random_.normal(0, sigma_px));
+    const auto g = believed.ground(p.u_px + du, p.v_px + dv);
     if (!g) return {};
     return believed.with_covariance(*g, sigma_px);
   };
   const auto chance = [&](double share) { return random_.uniform(0, 1) < share; };
   const auto somewhere = [&]() -> std::optional<msg::GroundPoint> {
-    const auto g = believed.ground(random_.uniform(0, kWidth), random_.uniform(0, kHeight));
+    const double u = random_.uniform(0, kWidth), v = random_.uniform(0, kHeight);
+    const auto g = believed.ground(u, v);
     if (!g || math::hypot(g->x_m, g->y_m) > kSeesCorners_m) return {};
     return believed.with_covariance(*g);
   };
@@ -143,14 +146,16 @@ void FieldWalk::look() {
       mark(seen_at(p, 1.2, 0.01), msg::FieldMark::penalty_mark, math::kNan);
   if (in_picture({0, 0}, 20, kSeesCorners_m) && chance(e_.circle_seen)) {
     const double along = math::kPi / 2 + (chance(0.5) ? math::kPi : 0) - at_.heading_rad;
-    mark(seen_at({0, 0}, 1.2, 0.05), msg::FieldMark::circle, chance(0.8) ? along : math::kNan);
+    const auto at = seen_at({0, 0}, 1.2, 0.05);
+    mark(at, msg::FieldMark::circle, chance(0.8) ? along : math::kNan);
   }
-  if (chance(e_.false_marks))
-    mark(somewhere(),
-         chance(0.6)   ? msg::FieldMark::circle
-         : chance(0.5) ? msg::FieldMark::corner_l
-                       : msg::FieldMark::corner_t,
-         random_.uniform(-math::kPi, math::kPi));
+  if (chance(e_.false_marks)) {
+    const auto at = somewhere();
+    const msg::FieldMark kind = chance(0.6)   ? msg::FieldMark::circle
+                                : chance(0.5) ? msg::FieldMark::corner_l
+                                              : msg::FieldMark::corner_t;
+    mark(at, kind, random_.uniform(-math::kPi, math::kPi));
+  }
   if (chance(e_.false_penalties)) mark(somewhere(), msg::FieldMark::penalty_mark, math::kNan);
   for (const FieldPoint& p : field_.posts())
     if (in_picture(p, 10, kSeesPosts_m) && chance(e_.post_seen) && sight_.posts < sight_.post.size())

@@ -40,9 +40,16 @@ bool read_states(record::Reader& reader, const std::string& topic, std::vector<S
 }
 
 void add_path(std::string& svg, const std::vector<RecordedPlace>& places, bool truth, bool found, const char* style) {
+  constexpr double kJump_m = 0.5;  // it took another place for its own: no path
   bool open = false;
   char text[64];
+  soccer::FieldAt last;
   for (const RecordedPlace& p : places) {
+    if (open && distance_m(truth ? p.truth : p.believed, last) > kJump_m) {
+      svg += "\"/>\n";
+      open = false;
+    }
+    last = truth ? p.truth : p.believed;
     if (!truth && p.found != found) {
       if (open) svg += "\"/>\n";
       open = false;
@@ -79,8 +86,13 @@ std::optional<std::vector<RecordedPlace>> read_places(record::Reader& reader, co
 
 PoseErrors errors_of(const std::vector<RecordedPlace>& places, double settle_s) {
   PoseErrors e;
+  const soccer::Field field;
   for (const RecordedPlace& p : places) {
     if (p.t_s < places[0].t_s + settle_s) continue;
+    if (!field.holds({p.truth.x_m, p.truth.y_m}, field.size().border_m)) {
+      ++e.beyond;
+      continue;
+    }
     msg::FieldPose pose;
     pose.x_m = p.believed.x_m, pose.y_m = p.believed.y_m, pose.heading_rad = p.believed.heading_rad;
     pose.found = p.found;

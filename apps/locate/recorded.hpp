@@ -20,7 +20,7 @@ struct RecordedPlace {
 std::optional<std::vector<RecordedPlace>> read_places(record::Reader& reader, const std::string& topic,
                                                       std::string& why);
 
-/// Counted from `settle_s` after the first on.
+/// Counted from `settle_s` after the first on, while the robot is on the carpet: in a game it is taken out otherwise.
 PoseErrors errors_of(const std::vector<RecordedPlace>& places, double settle_s);
 
 /// The field from above as SVG: the true path grey and wide, the believed one thin; what is not found is dotted.

@@ -39,7 +39,7 @@ void PoseErrors::add(const msg::FieldPose& believed, const FieldAt& truth) {
 void PoseErrors::add(const PoseErrors& o) {
   off_m.insert(off_m.end(), o.off_m.begin(), o.off_m.end());
   off_rad.insert(off_rad.end(), o.off_rad.begin(), o.off_rad.end());
-  poses += o.poses, wrong_half += o.wrong_half, lost += o.lost;
+  poses += o.poses, wrong_half += o.wrong_half, lost += o.lost, beyond += o.beyond;
 }
 
 std::string text(PoseErrors e) {
@@ -51,7 +51,9 @@ std::string text(PoseErrors e) {
       static_cast<unsigned long long>(e.poses), quantile(e.off_m, 0.5), quantile(e.off_m, 0.95),
       quantile(e.off_rad, 0.5) * deg, quantile(e.off_rad, 0.95) * deg, 100 * static_cast<double>(e.wrong_half) / all,
       100 * static_cast<double>(e.lost) / all);
-  return line;
+  std::string out = line;
+  if (e.beyond > 0) out += "; " + std::to_string(e.beyond) + " more off the carpet";
+  return out;
 }
 
 PoseErrors study_walks(const StudyOptions& o) {

@@ -12,6 +12,7 @@ namespace sinew::locate {
 struct PoseErrors {
   std::vector<double> off_m, off_rad;                 // after the better of both halves
   std::uint64_t poses = 0, wrong_half = 0, lost = 0;  // lost: not found, as it says itself
+  std::uint64_t beyond = 0;                           // not counted: off the carpet
   void add(const msg::FieldPose& believed, const soccer::FieldAt& truth);
   void add(const PoseErrors& other);
 };
