@@ -1,4 +1,4 @@
-// calibrate imu, joint, camera-offset: measures how one robot differs, and writes it to its calibration file.
+// calibrate imu, joint, camera, camera-offset: measures how one robot differs, and writes it to its calibration file.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -8,6 +8,7 @@
 #include "apps/calibrate/calibration_bench.hpp"
 #include "apps/calibrate/commands.hpp"
 #include "apps/calibrate/imu_rest.hpp"
+#include "apps/calibrate/lens_command.hpp"
 #include "apps/command/number_check.hpp"
 
 namespace sinew::app {
@@ -152,6 +153,33 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
       ->check(number(-1000, 1000))
       ->type_name("RAD")
       ->required();
+
+  const auto lens_options = std::make_shared<LensOptions>();
+  CLI::App& lens = *parent.add_subcommand(
+      "camera", "focal lengths, centre and distortion of a camera, from a recording that shows a printed chessboard");
+  lens.add_option("recording", lens_options->recording, "with pixels: `sinew run --record-images`")
+      ->required()
+      ->type_name(kFileHint);
+  lens.add_option("--square", lens_options->square_m, "side of one square of the board, m")
+      ->check(number(1e-4, 10))
+      ->type_name("M")
+      ->required();
+  lens.add_option("--board", lens_options->board, "its inner corners, across and down [9 6]")
+      ->expected(2)
+      ->check(whole(3, 32))
+      ->type_name("COLUMNS ROWS");
+  lens.add_option("--topic", lens_options->topic, "of the pictures, if there are several")->type_name("TOPIC");
+  lens.add_option("--views", lens_options->views, "at most so many are fitted, those that differ most [40]")
+      ->check(whole(3, 200))
+      ->type_name("N");
+  lens.add_option("--file", lens_options->file, "calibration file to write to; default: it is printed")
+      ->type_name(kFileHint);
+  lens.add_option("--picture", lens_options->picture, "PNG of all corners and of how far the camera is off at each")
+      ->type_name("FILE");
+  lens.add_flag("--json", lens_options->json, "as one JSON object");
+  lens.callback([&context, lens_options] {
+    context.action = [lens_options, &types = context.types] { return calibrate_lens(*lens_options, types); };
+  });
 
   const auto camera_options = std::make_shared<CalibrateOptions>();
   camera_options->device = "imu";
