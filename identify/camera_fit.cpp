@@ -18,7 +18,6 @@ constexpr int kMostRounds = 60;
 constexpr double kSettled = 1e-9;          // the cost falls by a smaller share: done
 constexpr double kFocalOpen = 0.05;        // a 95 % interval of more than this share says nothing
 constexpr double kCentreOpen = 0.1;        // of the picture's width
-constexpr double kTilted_deg = 10;         // less between all views is from one side
 constexpr double kReached = 0.75;
 constexpr double kDeg = 180 / math::kPi;
 constexpr std::size_t kFirstOfLens = 4;
@@ -450,11 +449,7 @@ class CameraFitting {
         if (!fit_.estimates[i].shown) text += (text.empty() ? "" : ", ") + std::string(camera_numbers()[i].name);
       return text;
     };
-    const std::string from_where =
-        fit_.tilt_deg < kTilted_deg
-            ? "all views look at the plane from one side (at most " + whole(fit_.tilt_deg) +
-                  " degrees between two): tilt it by 20 degrees and more, about both of its axes"
-            : "more views are needed, with the plane tilted about both of its axes";
+    const std::string from_where = "tilt it by 20 degrees and more about both of its axes, and record more views";
     if (const std::string f = names(0, 2); !f.empty())
       fit_.unknown.push_back(f + ": a focal length and the distance stand for each other; " + from_where);
     if (const std::string c = names(2, 4); !c.empty())

@@ -22,7 +22,7 @@ namespace {
 using identify::CameraFit;
 using identify::kCameraNumbers;
 
-constexpr double kLonger = 40;  // residuals in the picture
+constexpr double kLonger = 10;  // residuals in the picture
 
 void put(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
 

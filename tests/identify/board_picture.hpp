@@ -8,7 +8,7 @@
 #include "math/random.hpp"
 #include "vision/board_finder.hpp"
 
-namespace sinew::test {
+namespace sinew::identify::test {
 
 struct PictureOptions {
   std::uint32_t width = 640, height = 480;
@@ -121,4 +121,4 @@ inline kinematics::Pose held(const BoardPictures& pictures, const identify::Lens
   }
 }
 
-}  // namespace sinew::test
+}  // namespace sinew::identify::test
