@@ -12,8 +12,8 @@ struct StandPosesOptions {
   double height_m = 0.2, stance_m = 0.105;  // of the hips over the soles; between the middles of the soles
   double ahead_m = 0.5, aside_m = 0;        // where it looks, on the ground, from between its feet
   double around_m = 0.1;                    // up to this far beside it, both ways
-  double tilt_rad = 0.14, turn_rad = 0.2;   // of the torso, both ways
-  double shift_m = 0.018, lower_m = 0.025;
+  double tilt_rad = 0.16, turn_rad = 0.3;   // of the torso, both ways
+  double shift_m = 0.018, lower_m = 0.05;
   std::uint64_t seed = 1;
 };
 
