@@ -24,8 +24,6 @@ using identify::kCameraNumbers;
 
 constexpr double kLonger = 10;  // residuals in the picture
 
-void put(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
-
 std::vector<identify::PlaneView> views_of(const std::vector<SeenBoard>& boards, std::uint32_t columns, double square_m) {
   std::vector<identify::PlaneView> views;
   for (const SeenBoard& b : boards) {
@@ -98,51 +96,58 @@ Json to_json(const CameraFit& fit, const RecordedBoards& boards) {
 }
 
 void tell(const CameraFit& fit, const RecordedBoards& boards) {
-  put(fmt::format("{}: {} pictures of {} x {}, the board in {}; {} views that differ, {} corners\n", boards.topic,
+  put_text(fmt::format("{}: {} pictures of {} x {}, the board in {}; {} views that differ, {} corners\n", boards.topic,
                   boards.pictures, boards.width, boards.height, boards.boards.size(), fit.views, fit.points));
   for (std::size_t i = 0; i < kCameraNumbers; ++i) {
     const auto& text = identify::camera_numbers()[i];
     const auto& e = fit.estimates[i];
     if (e.shown)
-      put(fmt::format("  {:<4}{:>11.5g} +- {:<9.3g}{:<4} {}\n", text.name, e.value, e.half_width, text.unit, text.doc));
+      put_text(fmt::format("  {:<4}{:>11.5g} +- {:<9.3g}{:<4} {}\n", text.name, e.value, e.half_width, text.unit, text.doc));
   }
-  put(fmt::format("  off by {:.3f} px RMS; in views that were not fitted by {:.3f} px\n", fit.rms_px,
+  put_text(fmt::format("  off by {:.3f} px RMS; in views that were not fitted by {:.3f} px\n", fit.rms_px,
                   fit.held_out_rms_px));
-  for (const std::string& unknown : fit.unknown) put("  not shown: " + unknown + "\n");
+  for (const std::string& unknown : fit.unknown) put_text("  not shown: " + unknown + "\n");
 }
 
 /// Merged with what the file has already. The exit code.
 int write(const LensOptions& o, const std::string& robot, const std::vector<OverlayParam>& params) {
   Calibration all;
-  if (!o.file.empty()) {
-    std::ifstream in(o.file, std::ios::binary);
-    if (in) {
-      all = parse_calibration(std::string((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>()), o.file);
-      for (const auto& p : all.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, o.file).c_str());
-      if (!all.problems.empty()) return kNotBegun;
-    }
-  }
+  if (!read_calibration(o.file, all)) return kNotBegun;
   for (const OverlayParam& p : params) {
     std::erase_if(all.params.params,
                   [&](const OverlayParam& old) { return old.module == p.module && old.param == p.param; });
     all.params.params.push_back(p);
   }
-  if (o.file.empty()) {
-    if (!o.json && !params.empty()) put("\n" + calibration_text(robot, all));
+  if (o.file.empty() && params.empty()) return kDone;
+  return write_calibration(o.file, robot, all, o.json);
+}
+
+}  // namespace
+
+bool read_calibration(const std::string& file, Calibration& all) {
+  if (file.empty()) return true;
+  std::ifstream in(file, std::ios::binary);
+  if (!in) return true;  // the first one
+  all = parse_calibration(std::string((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>()), file);
+  for (const auto& p : all.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, file).c_str());
+  return all.problems.empty();
+}
+
+int write_calibration(const std::string& file, const std::string& robot, const Calibration& all, bool quiet) {
+  if (file.empty()) {
+    if (!quiet) put_text("\n" + calibration_text(robot, all));
     return kDone;
   }
-  const std::string fresh = o.file + ".new";
+  const std::string fresh = file + ".new";
   std::ofstream out(fresh, std::ios::binary);
   out << calibration_text(robot, all);
   out.close();
   std::error_code error;
-  if (out) std::filesystem::rename(fresh, o.file, error);
-  if (!out || error) return fail(o.file + ": cannot be written", kFailed);
-  if (!o.json) put("written: " + o.file + "\n");
+  if (out) std::filesystem::rename(fresh, file, error);
+  if (!out || error) return fail(file + ": cannot be written", kFailed);
+  if (!quiet) put_text("written: " + file + "\n");
   return kDone;
 }
-
-}  // namespace
 
 int calibrate_lens(const LensOptions& o, const rt::ModuleTypes& types) {
   const vision::BoardSize size{o.board[0], o.board[1]};
@@ -180,9 +185,9 @@ int calibrate_lens(const LensOptions& o, const rt::ModuleTypes& types) {
                                          fmt::join(without_lens, ", "), without_lens.size() > 1 ? "take" : "takes",
                                          bent_px(fit, *boards));
     json["remark"] = said;
-    if (!o.json) put("  " + said + "\n");
+    if (!o.json) put_text("  " + said + "\n");
   }
-  if (params.empty() && !o.json) put("  no module of the robot file sees this topic and takes a camera's numbers\n");
+  if (params.empty() && !o.json) put_text("  no module of the robot file sees this topic and takes a camera's numbers\n");
   if (!o.picture.empty())
     if (const std::string why = draw_lens(o.picture, *boards, views, fit, kLonger); !why.empty())
       return fail(o.picture + ": " + why, kFailed);

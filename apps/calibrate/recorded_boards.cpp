@@ -41,14 +41,14 @@ std::optional<std::string> topic_of(const record::Reader& reader, const std::str
   return why.empty() ? std::optional(only) : std::nullopt;
 }
 
+}  // namespace
+
 double farthest_px(const SeenBoard& a, const SeenBoard& b) {
   double most = 0;
   for (std::size_t i = 0; i < a.corners.size(); ++i)
     most = std::max(most, std::hypot(a.corners[i].u_px - b.corners[i].u_px, a.corners[i].v_px - b.corners[i].v_px));
   return most;
 }
-
-}  // namespace
 
 std::optional<RecordedBoards> read_boards(record::Reader& reader, const std::string& topic,
                                           const vision::BoardSize& size, std::string& why) {

@@ -17,6 +17,9 @@ struct SeenBoard {
                         // infinite: neither shows it
 };
 
+/// How far the corner moved that moved most.
+double farthest_px(const SeenBoard& a, const SeenBoard& b);
+
 struct RecordedBoards {
   std::string topic;
   std::uint32_t width = 0, height = 0;

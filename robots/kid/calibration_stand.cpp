@@ -11,6 +11,7 @@ using kinematics::kLimbs;
 
 namespace {
 
+constexpr double kRests_s = 0.45;  // the last part of a pose, in which nothing moves
 constexpr double kFirst_s = 2;  // to the first pose, from wherever it is
 
 /// 0 to 1 without a jerk at the ends.
@@ -21,10 +22,11 @@ double smooth(double t) { return t * t * t * (10 + t * (6 * t - 15)); }
 void CalibrationStand::declare(rt::Declaration& d) {
   for (std::size_t i = 0; i < kLimbs; ++i)
     d.in(std::string(to_string(kinematics::Limb(i))) + "_joints", joints_[i], {.max_age = 100ms});
+  d.in("soles", soles_, {.max_age = 100ms, .optional = true});
   for (std::size_t i = 0; i < kLimbs; ++i)
     d.out(to_string(kinematics::Limb(i)), limb_[i], {.channels = plant::kKidLimbJoints[i]});
   d.out("mission", mission_);
-  d.state(from_, begin_);
+  d.state(from_, turn_rad_, begin_);
   d.param("poses", poses_, {.min = 3, .max = 400, .doc = "at the start"});
   d.param("seed", seed_, {.min = 0, .max = 1e6, .doc = "other poses of the same kind; at the start"});
   d.param("move_s", move_s_, {.unit = "s", .min = 0.2, .max = 10, .doc = "from pose to pose"});
@@ -60,12 +62,15 @@ hal::Status CalibrationStand::configure(rt::Setup& setup) {
                   " poses: another height_m, stance_m, tilt_rad or turn_rad");
     return hal::Error{hal::Errc::bad_argument, "poses within reach"};
   }
+  level_.emplace(*figure_);
   from_.assign(figure_->joints(), 0);
+  rad_.assign(figure_->joints(), 0);
   return {};
 }
 
 void CalibrationStand::reset() {
   std::ranges::fill(from_, 0.0);
+  turn_rad_ = {};
   begin_ = {};
 }
 
@@ -91,17 +96,26 @@ rt::StepStatus CalibrationStand::step(const rt::Step& step) noexcept {
   const auto n = static_cast<std::size_t>(number);
   const double way_s = n == 0 ? kFirst_s : move_s_, since = n == 0 ? t + kFirst_s : t - hold_s_ - (number - 1) * each;
   const double part = smooth(std::clamp(since / way_s, 0.0, 1.0));
+  for (std::size_t j = 0; j < rad_.size(); ++j) {
+    const double from = n == 0 ? from_[j] : pose_[n - 1][j];
+    rad_[j] = from + part * (pose_[n][j] - from);
+  }
+  level_->turn_rad = turn_rad_;
+  const msg::SolePressure* soles = soles_.fresh(step.now);
+  if (soles && since < way_s + hold_s_ - kRests_s) {
+    std::array<motion::SoleForces, 2> forces;
+    for (std::size_t i = 0; i < msg::kSoleCells; ++i) forces[i / 4][i % 4] = soles->force_n[i];
+    level_->step(forces, msg::seconds(step.dt));
+  }
+  turn_rad_ = level_->turn_rad;
+  level_->add_to(rad_);
   for (std::size_t limb = 0; limb < kLimbs; ++limb) {
     msg::ActuatorCommand& out = limb_[limb].loan();
     out.stamp = stamp;
     out.armed = 1;
     out.count = plant::kKidLimbJoints[limb];
     for (std::size_t c = 0; c < out.count; ++c) {
-      out.value[c] = 0;
-      if (c >= limbs_.joints[limb].size()) continue;
-      const std::size_t j = limbs_.joints[limb][c];
-      const double from = n == 0 ? from_[j] : pose_[n - 1][j];
-      out.value[c] = from + part * (pose_[n][j] - from);
+      out.value[c] = c < limbs_.joints[limb].size() ? rad_[limbs_.joints[limb][c]] : 0;
     }
   }
   msg::MissionState& mission = mission_.loan();

@@ -3,10 +3,12 @@
 #include <vector>
 
 #include "kinematics/limbs.hpp"
+#include "motion/sole_level.hpp"
 #include "motion/stand_poses.hpp"
 #include "msg/actuators.hpp"
 #include "msg/flight.hpp"
 #include "msg/joints.hpp"
+#include "msg/sensors.hpp"
 #include "robots/robot_kind.hpp"
 #include "rt/module.hpp"
 
@@ -14,7 +16,8 @@ namespace sinew::kid {
 
 /// Stands on both feet before a printed chessboard on the ground and goes from pose to pose, still for a while in each:
 /// the motion of which a recording is calibrated (docs/calibrate.md). It takes the place of the mover and of the gaze.
-/// Nothing balances; every pose has its centre of mass between the feet.
+/// Every pose has its centre of mass between the feet; with `soles` bound, the ankles give way until both soles are
+/// pressed evenly (motion::SoleLevel), whatever the joints' zeros are.
 /// Units:   commands are angles in rad, limb by limb (kinematics::Limbs).
 /// Thread:  executor, 50 Hz or more.   RT: yes.
 /// Errors:  configure: bad_argument without a body, with one that has no two legs, or with one that reaches fewer than
@@ -34,15 +37,19 @@ class CalibrationStand final : public rt::Module {
   double move_s_ = 0.6, hold_s_ = 0.9;
   kinematics::Limbs limbs_;
   std::optional<motion::Figure> figure_;
+  std::optional<motion::SoleLevel> level_;
   std::vector<motion::JointAngles> pose_;
+  std::vector<double> rad_;  // of a step
 
   std::array<rt::In<msg::JointState>, kinematics::kLimbs> joints_;
+  rt::In<msg::SolePressure> soles_;
   std::array<rt::Out<msg::ActuatorCommand>, kinematics::kLimbs> limb_;
   rt::Out<msg::MissionState> mission_;
 
   // State:
   std::vector<double> from_;  // where the way to the first pose begins
-  rt::Time begin_{};          // of the first pose; 0: not yet
+  std::array<double, 4> turn_rad_{};
+  rt::Time begin_{};  // of the way to the first pose; 0: not yet
 };
 
 }  // namespace sinew::kid
