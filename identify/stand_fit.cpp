@@ -239,7 +239,7 @@ class StandFitting {
       const bool is_sole = k >= layout_.soles();
       e.name = is_sole ? (k == layout_.soles() ? "l_sole" : "r_sole") : body_.links[layout_.joint[k] + 1].name;
       e.value = found.value[k];
-      e.half_width = found.quantile * math::sqrt(found.covariance(k, k));
+      e.half_width = math::hypot(found.quantile * math::sqrt(found.covariance(k, k)), is_sole ? 0 : o_.common_rad);
       e.shown = e.half_width < (is_sole ? o_.open_m : o_.open_rad);
       if (!e.shown) fit_.unknown.push_back(e.name + ": open by more than " + (is_sole ? "5 mm" : "1 degree"));
       fit_.estimates.push_back(e);

@@ -44,6 +44,7 @@ struct StandFitOptions {
   double flat_sigma_m = 1e-4, flat_sigma_rad = 6e-4;  // of a sole from flat on the ground
   double slip_sigma_m = 7e-4, slip_sigma_rad = 3e-3;  // and on it from where it is in the mean
   double accel_sigma = 2e-3;                          // of gravity's direction, rad
+  double common_rad = 1.75e-3;  // of a zero, 95 %: what is wrong in all poses alike, which their scatter does not show
   double open_rad = 0.0175, open_m = 0.005;
 };
 

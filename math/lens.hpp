@@ -48,6 +48,7 @@ struct LensDistortion {
     }
     return false;
   }
+  friend constexpr bool operator==(const LensDistortion&, const LensDistortion&) = default;
 };
 
 }  // namespace sinew::math

@@ -183,6 +183,8 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
       ->type_name("N");
   lens.add_option("--picture", lens_options->picture, "PNG of all corners and of how far the camera is off at each")
       ->type_name("FILE");
+  lens.add_option("--params", lens_options->params, "write the numbers for `sinew run --params`, too")
+      ->type_name(kFileHint);
   lens.callback([&context, lens_options] {
     context.action = [lens_options, &types = context.types] { return calibrate_lens(*lens_options, types); };
   });

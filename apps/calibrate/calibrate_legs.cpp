@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 
 #include "apps/bag/bag_file.hpp"
 #include "apps/calibrate/lens_command.hpp"
@@ -112,12 +113,8 @@ int calibrate_legs(const LegsOptions& o, const rt::ModuleTypes& types) {
   std::optional<RecordedStand> stand;
   RobotFile robot;
   Calibration camera_file;
-  if (!o.camera_file.empty()) {
-    const ParamOverlay overlay = load_overlay(o.camera_file);
-    for (const auto& p : overlay.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, o.camera_file).c_str());
-    if (!overlay.problems.empty()) return kNotBegun;
-    camera_file.params = overlay;
-  }
+  if (!o.camera_file.empty() && !std::filesystem::exists(o.camera_file)) return fail(o.camera_file + ": there is no such file");
+  if (!read_calibration(o.camera_file, camera_file)) return kNotBegun;
   {
     Progress progress("calibrate");
     const auto reader = open_recording(file, progress);

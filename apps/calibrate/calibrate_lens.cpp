@@ -109,6 +109,19 @@ void tell(const CameraFit& fit, const RecordedBoards& boards) {
   for (const std::string& unknown : fit.unknown) put_text("  not shown: " + unknown + "\n");
 }
 
+/// In one piece. The exit code.
+int write_text(const std::string& file, const std::string& text, bool quiet) {
+  const std::string fresh = file + ".new";
+  std::ofstream out(fresh, std::ios::binary);
+  out << text;
+  out.close();
+  std::error_code error;
+  if (out) std::filesystem::rename(fresh, file, error);
+  if (!out || error) return fail(file + ": cannot be written", kFailed);
+  if (!quiet) put_text("written: " + file + "\n");
+  return kDone;
+}
+
 /// Merged with what the file has already. The exit code.
 int write(const LensOptions& o, const std::string& robot, const std::vector<OverlayParam>& params) {
   Calibration all;
@@ -118,7 +131,9 @@ int write(const LensOptions& o, const std::string& robot, const std::vector<Over
                   [&](const OverlayParam& old) { return old.module == p.module && old.param == p.param; });
     all.params.params.push_back(p);
   }
-  if (o.file.empty() && params.empty()) return kDone;
+  if (!o.params.empty())
+    if (const int code = write_text(o.params, overlay_text(robot, params), o.json); code != kDone) return code;
+  if (o.file.empty() && (params.empty() || !o.params.empty())) return kDone;
   return write_calibration(o.file, robot, all, o.json);
 }
 
@@ -134,18 +149,9 @@ bool read_calibration(const std::string& file, Calibration& all) {
 }
 
 int write_calibration(const std::string& file, const std::string& robot, const Calibration& all, bool quiet) {
-  if (file.empty()) {
-    if (!quiet) put_text("\n" + calibration_text(robot, all));
-    return kDone;
-  }
-  const std::string fresh = file + ".new";
-  std::ofstream out(fresh, std::ios::binary);
-  out << calibration_text(robot, all);
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(fresh, file, error);
-  if (!out || error) return fail(file + ": cannot be written", kFailed);
-  if (!quiet) put_text("written: " + file + "\n");
+  const std::string text = calibration_text(robot, all);
+  if (!file.empty()) return write_text(file, text, quiet);
+  if (!quiet) put_text("\n" + text);
   return kDone;
 }
 

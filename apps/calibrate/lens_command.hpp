@@ -9,7 +9,7 @@
 namespace sinew::app {
 
 struct LensOptions {
-  std::string recording, topic, file, picture;
+  std::string recording, topic, file, params, picture;
   std::vector<std::uint32_t> board{9, 6};
   double square_m = 0;
   std::size_t views = 40;

@@ -27,7 +27,7 @@ TEST(StandStudy, Of100SecretHumanoidsTheStatedIntervalsHold89To99Times) {
   std::vector<Tally> tally;
   std::vector<double> before, after, high_before, high_after, kept;
   std::size_t fell = 0, used = 0;
-  for (std::uint64_t seed = 1; seed <= robots; ++seed) {
+  for (std::uint64_t seed = 101; seed <= 100 + robots; ++seed) {  // common_rad was chosen on 1 to 100
     test::SecretStand s = test::stand_before_board(seed, {});
     if (s.fell) {
       ++fell;
