@@ -13,11 +13,11 @@ using kinematics::Pose;
 using math::Quat;
 using math::Vec3;
 
-constexpr double kLeastSigma_px = 1e-4;    // no picture is as exact as this
+constexpr double kLeastSigma_px = 1e-4;  // no picture is as exact as this
 constexpr int kMostRounds = 60;
-constexpr double kSettled = 1e-9;          // the cost falls by a smaller share: done
-constexpr double kFocalOpen = 0.05;        // a 95 % interval of more than this share says nothing
-constexpr double kCentreOpen = 0.1;        // of the picture's width
+constexpr double kSettled = 1e-9;    // the cost falls by a smaller share: done
+constexpr double kFocalOpen = 0.05;  // a 95 % interval of more than this share says nothing
+constexpr double kCentreOpen = 0.1;  // of the picture's width
 constexpr double kReached = 0.75;
 constexpr double kDeg = 180 / math::kPi;
 constexpr std::size_t kFirstOfLens = 4;
@@ -45,10 +45,10 @@ bool predict(const LensCamera& c, const Pose& plane, const PlanePoint& p, LensCa
   pixel = {c.cx_px + c.fx_px * d.x, c.cy_px + c.fy_px * d.y};
   if (!slopes) return true;
   const double r2 = x * x + y * y;
-  slopes->camera[0] = {d.x, 0, 1, 0, c.fx_px * x * r2, c.fx_px * x * r2 * r2, c.fx_px * 2 * x * y,
-                       c.fx_px * (r2 + 2 * x * x)};
-  slopes->camera[1] = {0, d.y, 0, 1, c.fy_px * y * r2, c.fy_px * y * r2 * r2, c.fy_px * (r2 + 2 * y * y),
-                       c.fy_px * 2 * x * y};
+  slopes->camera[0] = {
+      d.x, 0, 1, 0, c.fx_px * x * r2, c.fx_px * x * r2 * r2, c.fx_px * 2 * x * y, c.fx_px * (r2 + 2 * x * x)};
+  slopes->camera[1] = {
+      0, d.y, 0, 1, c.fy_px * y * r2, c.fy_px * y * r2 * r2, c.fy_px * (r2 + 2 * y * y), c.fy_px * 2 * x * y};
   const auto by_xy = c.lens.derivative(x, y);
   for (int k = 0; k < 2; ++k) {
     const double f = k == 0 ? c.fx_px : c.fy_px;
@@ -361,7 +361,8 @@ class CameraFitting {
     if (!fit_.problem.empty()) return fit_;
     std::vector<std::size_t> free{0, 1, 2, 3, 4, 5, 6, 7};
     ViewFitter fitter(views_, o_);
-    if (!fitter.search(free)) return failed("no camera could have seen these views: are the points in the right order?");
+    if (!fitter.search(free))
+      return failed("no camera could have seen these views: are the points in the right order?");
     radius_ = radius_of(fitter);
     std::array<double, kCameraNumbers> half = fitter.half_widths();
     // Coefficients that are left open, and may be 0, are held there, the weakest first.
@@ -411,7 +412,8 @@ class CameraFitting {
     }
   }
 
-  void tell(const ViewFitter& fitter, const std::vector<std::size_t>& free, const std::array<double, kCameraNumbers>& half) {
+  void tell(const ViewFitter& fitter, const std::vector<std::size_t>& free,
+            const std::array<double, kCameraNumbers>& half) {
     fit_.camera = fitter.camera();
     fit_.plane = fitter.pose();
     fit_.views = views_.size();
@@ -454,8 +456,8 @@ class CameraFitting {
       fit_.unknown.push_back(f + ": a focal length and the distance stand for each other; " + from_where);
     if (const std::string c = names(2, 4); !c.empty())
       fit_.unknown.push_back(c + ": the axis' place and a turn stand for each other; " + from_where);
-    const std::string reach = "the outermost point is " + whole(100 * fit_.reach) +
-                              " % of the way from the axis to the picture's corner";
+    const std::string reach =
+        "the outermost point is " + whole(100 * fit_.reach) + " % of the way from the axis to the picture's corner";
     if (const std::string l = names(4, kCameraNumbers); !l.empty())
       fit_.unknown.push_back(l + ": held at 0; " + reach + ", and there they would be open by more than " +
                              whole(o_.open_px) + " pixels");

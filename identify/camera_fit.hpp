@@ -1,9 +1,9 @@
 #pragma once
 // A camera's numbers from views of something flat whose points are known: a printed board, the lines of a field.
 //
-//   std::vector<PlaneView> views = ...;            // of each picture: places on the plane, and the pixels that show them
-//   const CameraFit fit = fit_camera(views, {.width_px = 640, .height_px = 480});
-//   if (fit.problem.empty()) fit.camera.fx_px;     // +- fit.estimates[0].half_width, 95 %
+//   std::vector<PlaneView> views = ...;            // of each picture: places on the plane, and the pixels that show
+//   them const CameraFit fit = fit_camera(views, {.width_px = 640, .height_px = 480}); if (fit.problem.empty())
+//   fit.camera.fx_px;     // +- fit.estimates[0].half_width, 95 %
 //
 // Frames:  a plane has x and y, its z is 0; a camera's frame is optical: x right, y down, z ahead. Pixel (0, 0) has its
 //          centre at 0, 0.

@@ -99,7 +99,8 @@ std::optional<Mat3> homography(const PlaneView& view) {
   for (const PlanePoint& p : view) {
     const double x = from.scale * (p.x_m - from.x), y = from.scale * (p.y_m - from.y);
     const double u = to.scale * (p.u_px - to.x), v = to.scale * (p.v_px - to.y);
-    const std::array<double, 9> rows[] = {{x, y, 1, 0, 0, 0, -u * x, -u * y, -u}, {0, 0, 0, x, y, 1, -v * x, -v * y, -v}};
+    const std::array<double, 9> rows[] = {{x, y, 1, 0, 0, 0, -u * x, -u * y, -u},
+                                          {0, 0, 0, x, y, 1, -v * x, -v * y, -v}};
     for (const auto& r : rows)
       for (std::size_t i = 0; i < 9; ++i)
         for (std::size_t j = 0; j < 9; ++j) normal(i, j) += r[i] * r[j];

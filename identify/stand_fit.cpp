@@ -23,7 +23,8 @@ constexpr Quat kUpOfBoard{0, 1, 0, 0};           // half a turn about x: z up
 
 using Rows = std::array<double, kRows>;
 
-/// Everything that is found: first zeros, then soles, then where the feet are (x, y, heading each), then the IMU's tilt.
+/// Everything that is found: first zeros, then soles, then where the feet are (x, y, heading each), then the IMU's
+/// tilt.
 struct Layout {
   std::vector<std::size_t> joint;  // of the body
   std::size_t soles() const { return joint.size(); }
@@ -94,12 +95,11 @@ class StandFitting {
     return {{xyh[0], xyh[1], 0}, kUpOfBoard * Quat::from_axis_angle({0, 0, 1}, xyh[2])};
   }
   /// The underside in link 0's frame; thicker soles are lower.
-  Pose sole(const Place& place, double thicker_m) const {
-    return pose_.place(place) * Pose{{0, 0, -thicker_m}, {}};
-  }
+  Pose sole(const Place& place, double thicker_m) const { return pose_.place(place) * Pose{{0, 0, -thicker_m}, {}}; }
 
   /// What a pose's measurements are off by, for these values; `left_off`: of the left sole from where it is.
-  Rows rows(std::size_t i, std::span<const double> v, std::span<const double> more_rad = {}, const Pose& left_off = {}) {
+  Rows rows(std::size_t i, std::span<const double> v, std::span<const double> more_rad = {},
+            const Pose& left_off = {}) {
     rad_ = r_.poses[i].joints_rad;
     for (std::size_t k = 0; k < layout_.joint.size(); ++k) rad_[layout_.joint[k]] -= v[k];
     for (std::size_t j = 0; j < more_rad.size(); ++j) rad_[j] += more_rad[j];
@@ -110,7 +110,8 @@ class StandFitting {
     const auto put = [&](std::size_t at, const Pose& predicted, const Pose& measured) {
       const Vec3 p = predicted.q.conjugate().rotate(measured.p_m - predicted.p_m);
       const Vec3 turn = (predicted.q.conjugate() * measured.q).log();
-      for (int a = 0; a < 3; ++a) out[at + static_cast<std::size_t>(a)] = p[a], out[at + 3 + static_cast<std::size_t>(a)] = turn[a];
+      for (int a = 0; a < 3; ++a)
+        out[at + static_cast<std::size_t>(a)] = p[a], out[at + 3 + static_cast<std::size_t>(a)] = turn[a];
     };
     const Pose camera = pose_.place(r_.camera_place);
     put(0, torso * Pose{camera.p_m, camera.q * kQOptical}, camera_[i]);
@@ -159,7 +160,8 @@ class StandFitting {
       for (std::size_t a = 0; a < 6; ++a) {
         // x, y, z, then turns about them: within the ground's plane it slips.
         const bool slips = a == 0 || a == 1 || a == 5;
-        const double s = a < 3 ? (slips ? o_.slip_sigma_m : o_.flat_sigma_m) : (slips ? o_.slip_sigma_rad : o_.flat_sigma_rad);
+        const double s =
+            a < 3 ? (slips ? o_.slip_sigma_m : o_.flat_sigma_m) : (slips ? o_.slip_sigma_rad : o_.flat_sigma_rad);
         c[6 + a][6 + a] += s * s;
         Vec3 shift, turn;
         (a < 3 ? shift : turn)[static_cast<int>(a % 3)] = kDifference_rad;
@@ -188,8 +190,7 @@ class StandFitting {
         const Vec3 turn = cross(d, at);  // of the camera: the point turns the other way
         const std::array<double, 6> row{-d.x, -d.y, -d.z, turn.x, turn.y, turn.z};
         for (std::size_t a = 0; a < 6; ++a)
-          for (std::size_t b = 0; b < 6; ++b)
-            normal(a, b) += row[a] * row[b] / (o_.pixel_sigma_px * o_.pixel_sigma_px);
+          for (std::size_t b = 0; b < 6; ++b) normal(a, b) += row[a] * row[b] / (o_.pixel_sigma_px * o_.pixel_sigma_px);
       }
     }
     const auto inverse = inverse_of_positive(normal);
@@ -297,7 +298,8 @@ StandFit fit_stand(const StandRecord& record, const StandFitOptions& options) {
 std::vector<double> corrected(const StandFit& fit, const Body& body, std::span<const double> measured_rad) {
   std::vector<double> rad(measured_rad.begin(), measured_rad.end());
   for (const StandEstimate& e : fit.estimates)
-    if (const auto link = body.find_link(e.name); link && *link > 0 && *link - 1 < rad.size()) rad[*link - 1] -= e.value;
+    if (const auto link = body.find_link(e.name); link && *link > 0 && *link - 1 < rad.size())
+      rad[*link - 1] -= e.value;
   return rad;
 }
 

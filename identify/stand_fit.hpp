@@ -32,10 +32,10 @@ struct StandRecord {
 };
 
 struct StandEstimate {
-  std::string name;        // of the joint; "l_sole", "r_sole": how much thicker a sole is
-  double value = 0;        // rad; m
-  double half_width = 0;   // of the 95 % interval
-  bool shown = true;       // false: the half-width is more than `open_rad` or `open_m`
+  std::string name;       // of the joint; "l_sole", "r_sole": how much thicker a sole is
+  double value = 0;       // rad; m
+  double half_width = 0;  // of the 95 % interval
+  bool shown = true;      // false: the half-width is more than `open_rad` or `open_m`
 };
 
 struct StandFitOptions {

@@ -14,7 +14,7 @@ class SoleLevel {
  public:
   static constexpr double kGain_radps = 0.1;  // for a sole that is pressed at its edge only
   static constexpr double kMost_rad = 0.3;
-  static constexpr double kLeast_n = 2;       // of a sole that stands
+  static constexpr double kLeast_n = 2;  // of a sole that stands
 
   explicit SoleLevel(const Figure& figure);
   /// Nothing happens while a sole is in the air.

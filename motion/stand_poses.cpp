@@ -42,7 +42,8 @@ std::vector<JointAngles> stand_poses(const Figure& figure, const StandPosesOptio
     for (int round = 0; round < 4; ++round) {
       const Pose torso{base, q};
       for (const Side side : kSides)
-        reached = figure.place_sole(side, torso.inverse() * Pose{{0, sign(side) * o.stance_m / 2, 0}, {}}, rad) && reached;
+        reached =
+            figure.place_sole(side, torso.inverse() * Pose{{0, sign(side) * o.stance_m / 2, 0}, {}}, rad) && reached;
       const Vec3 to = torso.inverse().of(look);
       if (figure.head_pan() != kinematics::kNone && figure.head_tilt() != kinematics::kNone) {
         pose.set({rad.data(), figure.joints()}, {});

@@ -15,9 +15,9 @@ constexpr int kMargin = 7;
 constexpr double kLeastStrength = 16 * 12;  // of 16 differences of 12 grey levels
 constexpr double kShareOfBest = 0.08;
 constexpr std::size_t kMostCandidates = 4000, kMostSeeds = 200;
-constexpr double kAside = 0.35;    // of a step: how far from where it is expected the next corner may be
+constexpr double kAside = 0.35;  // of a step: how far from where it is expected the next corner may be
 constexpr double kLeastStep_px = 5;
-constexpr int kSpan = 64;          // cells of the grid that grows, in each direction from the seed
+constexpr int kSpan = 64;  // cells of the grid that grows, in each direction from the seed
 
 }  // namespace
 
@@ -167,7 +167,8 @@ bool BoardFinder::grow(std::size_t seed, Grid& grid) const {
         for (const auto& step : steps) {
           const int from = grid.at(step[0], step[1]), to = grid.at(step[2], step[3]);
           if (from < 0 || to < 0) continue;
-          const Candidate &a = candidate_[static_cast<std::size_t>(from)], &b = candidate_[static_cast<std::size_t>(to)];
+          const Candidate &a = candidate_[static_cast<std::size_t>(from)],
+                          &b = candidate_[static_cast<std::size_t>(to)];
           const double du = b.u - a.u, dv = b.v - a.v;
           const int found = nearest(here.u + du, here.v + dv, kAside * math::hypot(du, dv), here, true);
           if (found < 0 || used[static_cast<std::size_t>(found)]) continue;

@@ -176,7 +176,8 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
 
   const auto lens_options = std::make_shared<LensOptions>();
   CLI::App& lens = add_board_command(
-      parent, "camera", "focal lengths, centre and distortion of a camera, from a recording that shows a printed chessboard",
+      parent, "camera",
+      "focal lengths, centre and distortion of a camera, from a recording that shows a printed chessboard",
       *lens_options);
   lens.add_option("--views", lens_options->views, "at most so many are fitted, those that differ most [40]")
       ->check(whole(3, 200))
@@ -195,7 +196,8 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
       "zeros of the joints of legs and head, and soles, from a recording in which a humanoid stood in poses before a "
       "chessboard on the ground",
       legs_options->lens);
-  legs.add_option("--camera", legs_options->camera_file, "the camera's numbers, as `calibrate camera --file` wrote them")
+  legs.add_option("--camera", legs_options->camera_file,
+                  "the camera's numbers, as `calibrate camera --file` wrote them")
       ->type_name(kFileHint);
   legs.add_option("--place", legs_options->place, "of the camera in the body [camera]")->type_name("NAME");
   legs.callback([&context, legs_options] {

@@ -22,8 +22,8 @@ constexpr double kDegrees = 180 / math::kPi;
 
 /// The camera's numbers of the module that sees the topic: as the robot file has them, `calibration` over them, the
 /// module's defaults below. False, after printing: no module has them.
-bool camera_of(RobotFile& robot, const Calibration& calibration, const rt::ModuleTypes& types, const RecordedBoards& boards,
-               identify::LensCamera& camera) {
+bool camera_of(RobotFile& robot, const Calibration& calibration, const rt::ModuleTypes& types,
+               const RecordedBoards& boards, identify::LensCamera& camera) {
   for (rt::ModuleSpec& m : robot.graph.modules) {
     bool sees = false;
     for (const auto& [port, of] : m.in) sees = sees || of.value == boards.topic;
@@ -46,7 +46,10 @@ bool camera_of(RobotFile& robot, const Calibration& calibration, const rt::Modul
     vision::Pinhole pinhole{number("fx_px"), number("fy_px"), number("cx_px"), number("cy_px")};
     if (const double fov = number("fov_y_rad"); fov > 0)
       pinhole = vision::Pinhole::from_fov(fov, boards.width, boards.height).or_given(pinhole);
-    camera = {pinhole.fx_px, pinhole.fy_px, pinhole.cx_px, pinhole.cy_px,
+    camera = {pinhole.fx_px,
+              pinhole.fy_px,
+              pinhole.cx_px,
+              pinhole.cy_px,
               {number("k1"), number("k2"), number("p1"), number("p2"), 0}};
     return camera.fx_px > 0 && camera.fy_px > 0;
   }
@@ -80,23 +83,28 @@ void tell(const identify::StandFit& fit, const RecordedStand& stand) {
     const identify::StandEstimate& e = fit.estimates[i];
     const bool sole = is_sole(fit, i);
     const double unit = sole ? 1000 : kDegrees;
-    put_text(fmt::format("  {:<16}{:>9.3f} +- {:<7.3f}{:<4}{}{}\n", e.name, unit * e.value, unit * e.half_width, sole ? "mm" : "deg",
-                    sole ? "thicker" : "too much", e.shown ? "" : "  (not shown)"));
+    put_text(fmt::format("  {:<16}{:>9.3f} +- {:<7.3f}{:<4}{}{}\n", e.name, unit * e.value, unit * e.half_width,
+                         sole ? "mm" : "deg", sole ? "thicker" : "too much", e.shown ? "" : "  (not shown)"));
   }
-  put_text(fmt::format("  the camera's attitude by legs, torso and neck is off by {:.2f} degrees RMS; with these numbers by {:.2f}\n",
-                  fit.before_rad * kDegrees, fit.after_rad * kDegrees));
+  put_text(fmt::format(
+      "  the camera's attitude by legs, torso and neck is off by {:.2f} degrees RMS; with these numbers by {:.2f}\n",
+      fit.before_rad * kDegrees, fit.after_rad * kDegrees));
   for (const std::string& unknown : fit.unknown) put_text("  not shown: " + unknown + "\n");
 }
 
 Json to_json(const identify::StandFit& fit, const RecordedStand& stand) {
-  Json json = {{"still", stand.still}, {"not_flat", stand.not_flat}, {"poses", fit.poses},
-               {"before_rad", fit.before_rad}, {"after_rad", fit.after_rad}};
+  Json json = {{"still", stand.still},
+               {"not_flat", stand.not_flat},
+               {"poses", fit.poses},
+               {"before_rad", fit.before_rad},
+               {"after_rad", fit.after_rad}};
   for (std::size_t i = 0; i < fit.estimates.size(); ++i) {
     const identify::StandEstimate& e = fit.estimates[i];
-    json[is_sole(fit, i) ? "soles" : "joints"][e.name] = {{"value", e.value},
-                                                          {"half_width_95", std::isfinite(e.half_width) ? Json(e.half_width) : Json(nullptr)},
-                                                          {"unit", is_sole(fit, i) ? "m" : "rad"},
-                                                          {"shown", e.shown}};
+    json[is_sole(fit, i) ? "soles" : "joints"][e.name] = {
+        {"value", e.value},
+        {"half_width_95", std::isfinite(e.half_width) ? Json(e.half_width) : Json(nullptr)},
+        {"unit", is_sole(fit, i) ? "m" : "rad"},
+        {"shown", e.shown}};
   }
   json["unknown"] = fit.unknown;
   return json;
@@ -108,12 +116,14 @@ int calibrate_legs(const LegsOptions& o, const rt::ModuleTypes& types) {
   const vision::BoardSize size{o.lens.board[0], o.lens.board[1]};
   const std::string& file = o.lens.recording;
   if ((size.columns + size.rows) % 2 == 0)
-    return fail(fmt::format("--board {} {}: columns + rows has to be odd, so that the board's ends differ", size.columns, size.rows));
+    return fail(fmt::format("--board {} {}: columns + rows has to be odd, so that the board's ends differ",
+                            size.columns, size.rows));
   std::optional<RecordedBoards> boards;
   std::optional<RecordedStand> stand;
   RobotFile robot;
   Calibration camera_file;
-  if (!o.camera_file.empty() && !std::filesystem::exists(o.camera_file)) return fail(o.camera_file + ": there is no such file");
+  if (!o.camera_file.empty() && !std::filesystem::exists(o.camera_file))
+    return fail(o.camera_file + ": there is no such file");
   if (!read_calibration(o.camera_file, camera_file)) return kNotBegun;
   {
     Progress progress("calibrate");
@@ -138,7 +148,8 @@ int calibrate_legs(const LegsOptions& o, const rt::ModuleTypes& types) {
   record.poses = stand->poses;
   const identify::StandFit fit = identify::fit_stand(record);
   if (!fit.problem.empty())
-    return fail(fmt::format("{}: {} (it stood still {} times; {} times a sole was not flat)", file, fit.problem, stand->still, stand->not_flat),
+    return fail(fmt::format("{}: {} (it stood still {} times; {} times a sole was not flat)", file, fit.problem,
+                            stand->still, stand->not_flat),
                 kFailed);
   if (o.lens.json)
     std::printf("%s\n", to_json(fit, *stand).dump(2, ' ', false, Json::error_handler_t::replace).c_str());

@@ -24,7 +24,8 @@ using identify::kCameraNumbers;
 
 constexpr double kLonger = 10;  // residuals in the picture
 
-std::vector<identify::PlaneView> views_of(const std::vector<SeenBoard>& boards, std::uint32_t columns, double square_m) {
+std::vector<identify::PlaneView> views_of(const std::vector<SeenBoard>& boards, std::uint32_t columns,
+                                          double square_m) {
   std::vector<identify::PlaneView> views;
   for (const SeenBoard& b : boards) {
     identify::PlaneView view;
@@ -80,10 +81,17 @@ double bent_px(const CameraFit& fit, const RecordedBoards& boards) {
 
 Json to_json(const CameraFit& fit, const RecordedBoards& boards) {
   const auto finite = [](double x) { return std::isfinite(x) ? Json(x) : Json(nullptr); };
-  Json json = {{"topic", boards.topic},        {"width_px", boards.width},   {"height_px", boards.height},
-               {"pictures", boards.pictures},  {"boards", boards.boards.size()}, {"views", fit.views},
-               {"points", fit.points},         {"rms_px", fit.rms_px},       {"held_out_rms_px", finite(fit.held_out_rms_px)},
-               {"tilt_deg", fit.tilt_deg},     {"reach", fit.reach}};
+  Json json = {{"topic", boards.topic},
+               {"width_px", boards.width},
+               {"height_px", boards.height},
+               {"pictures", boards.pictures},
+               {"boards", boards.boards.size()},
+               {"views", fit.views},
+               {"points", fit.points},
+               {"rms_px", fit.rms_px},
+               {"held_out_rms_px", finite(fit.held_out_rms_px)},
+               {"tilt_deg", fit.tilt_deg},
+               {"reach", fit.reach}};
   for (std::size_t i = 0; i < kCameraNumbers; ++i) {
     const auto& text = identify::camera_numbers()[i];
     json["camera"][std::string(text.name)] = {{"value", fit.estimates[i].value},
@@ -97,15 +105,16 @@ Json to_json(const CameraFit& fit, const RecordedBoards& boards) {
 
 void tell(const CameraFit& fit, const RecordedBoards& boards) {
   put_text(fmt::format("{}: {} pictures of {} x {}, the board in {}; {} views that differ, {} corners\n", boards.topic,
-                  boards.pictures, boards.width, boards.height, boards.boards.size(), fit.views, fit.points));
+                       boards.pictures, boards.width, boards.height, boards.boards.size(), fit.views, fit.points));
   for (std::size_t i = 0; i < kCameraNumbers; ++i) {
     const auto& text = identify::camera_numbers()[i];
     const auto& e = fit.estimates[i];
     if (e.shown)
-      put_text(fmt::format("  {:<4}{:>11.5g} +- {:<9.3g}{:<4} {}\n", text.name, e.value, e.half_width, text.unit, text.doc));
+      put_text(
+          fmt::format("  {:<4}{:>11.5g} +- {:<9.3g}{:<4} {}\n", text.name, e.value, e.half_width, text.unit, text.doc));
   }
   put_text(fmt::format("  off by {:.3f} px RMS; in views that were not fitted by {:.3f} px\n", fit.rms_px,
-                  fit.held_out_rms_px));
+                       fit.held_out_rms_px));
   for (const std::string& unknown : fit.unknown) put_text("  not shown: " + unknown + "\n");
 }
 
@@ -171,14 +180,14 @@ int calibrate_lens(const LensOptions& o, const rt::ModuleTypes& types) {
   }
   const std::vector<SeenBoard> chosen = choose_boards(boards->boards, o.views);
   if (chosen.size() < 3)
-    return fail(fmt::format("{}: a board of {} x {} inner corners is whole in {} of {} pictures, in {} that differ; at "
-                            "least 3 are needed, 20 are good",
-                            o.recording, size.columns, size.rows, boards->boards.size(), boards->pictures,
-                            chosen.size()),
-                kFailed);
+    return fail(
+        fmt::format("{}: a board of {} x {} inner corners is whole in {} of {} pictures, in {} that differ; at "
+                    "least 3 are needed, 20 are good",
+                    o.recording, size.columns, size.rows, boards->boards.size(), boards->pictures, chosen.size()),
+        kFailed);
   const auto views = views_of(chosen, size.columns, o.square_m);
-  const CameraFit fit =
-      identify::fit_camera(views, {.width_px = static_cast<double>(boards->width), .height_px = static_cast<double>(boards->height)});
+  const CameraFit fit = identify::fit_camera(
+      views, {.width_px = static_cast<double>(boards->width), .height_px = static_cast<double>(boards->height)});
   if (!fit.problem.empty()) return fail(o.recording + ": " + fit.problem, kFailed);
   Json json = to_json(fit, *boards);
   if (!o.json) tell(fit, *boards);
@@ -187,13 +196,14 @@ int calibrate_lens(const LensOptions& o, const rt::ModuleTypes& types) {
   std::vector<std::string> without_lens;
   const auto params = params_for(robot, types, boards->topic, fit, without_lens);
   if (!without_lens.empty()) {
-    const std::string said = fmt::format("{} of the robot file {} no distortion: off by up to {:.1f} px at the picture's corners",
-                                         fmt::join(without_lens, ", "), without_lens.size() > 1 ? "take" : "takes",
-                                         bent_px(fit, *boards));
+    const std::string said =
+        fmt::format("{} of the robot file {} no distortion: off by up to {:.1f} px at the picture's corners",
+                    fmt::join(without_lens, ", "), without_lens.size() > 1 ? "take" : "takes", bent_px(fit, *boards));
     json["remark"] = said;
     if (!o.json) put_text("  " + said + "\n");
   }
-  if (params.empty() && !o.json) put_text("  no module of the robot file sees this topic and takes a camera's numbers\n");
+  if (params.empty() && !o.json)
+    put_text("  no module of the robot file sees this topic and takes a camera's numbers\n");
   if (!o.picture.empty())
     if (const std::string why = draw_lens(o.picture, *boards, views, fit, kLonger); !why.empty())
       return fail(o.picture + ": " + why, kFailed);

@@ -33,8 +33,8 @@ struct Paper {
 
 }  // namespace
 
-std::string draw_lens(const std::string& path, const RecordedBoards& boards, const std::vector<identify::PlaneView>& views,
-                      const identify::CameraFit& fit, double longer) {
+std::string draw_lens(const std::string& path, const RecordedBoards& boards,
+                      const std::vector<identify::PlaneView>& views, const identify::CameraFit& fit, double longer) {
   Paper p{2 * boards.width, 2 * boards.height, {}};
   p.rgb.resize(std::size_t{3} * p.width * p.height);
   for (std::uint32_t y = 0; y < p.height; ++y)

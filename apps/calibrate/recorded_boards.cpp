@@ -13,7 +13,7 @@
 namespace sinew::app {
 namespace {
 
-constexpr double kStill_px = 0.7;       // from one picture to the next: its corners are sharp
+constexpr double kStill_px = 0.7;  // from one picture to the next: its corners are sharp
 constexpr std::size_t kEnoughStill = 10;
 constexpr double kInf = std::numeric_limits<double>::infinity();
 
@@ -83,8 +83,8 @@ std::optional<RecordedBoards> read_boards(record::Reader& reader, const std::str
       continue;
     }
     if (all.pictures > 0 && (all.width != view->width || all.height != view->height)) {
-      why = fmt::format("{}: pictures of several sizes, {} x {} and {} x {}", *found, all.width, all.height, view->width,
-                        view->height);
+      why = fmt::format("{}: pictures of several sizes, {} x {} and {} x {}", *found, all.width, all.height,
+                        view->width, view->height);
       return std::nullopt;
     }
     all.width = view->width, all.height = view->height, ++all.pictures;

@@ -28,13 +28,13 @@ struct RecordedBoards {
   std::vector<std::uint8_t> sample;  // one of those pictures, mono8
 };
 
-/// Looks at each picture of a topic of images; an empty name: the only one. Nothing, with `why`: there is no such topic,
-/// several, pictures of several sizes, pictures whose pixels were not recorded or have no grey values.
+/// Looks at each picture of a topic of images; an empty name: the only one. Nothing, with `why`: there is no such
+/// topic, several, pictures of several sizes, pictures whose pixels were not recorded or have no grey values.
 std::optional<RecordedBoards> read_boards(record::Reader& reader, const std::string& topic,
                                           const vision::BoardSize& size, std::string& why);
 
-/// Up to so many that differ most from each other, in the order of their stamps: of those in which the board stood still
-/// where there are ten of them, else of all.
+/// Up to so many that differ most from each other, in the order of their stamps: of those in which the board stood
+/// still where there are ten of them, else of all.
 std::vector<SeenBoard> choose_boards(const std::vector<SeenBoard>& all, std::size_t most);
 
 }  // namespace sinew::app

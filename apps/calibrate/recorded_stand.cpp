@@ -14,9 +14,9 @@
 namespace sinew::app {
 namespace {
 
-constexpr double kStandsStill_px = 0.6;          // from one picture to the next
+constexpr double kStandsStill_px = 0.6;  // from one picture to the next
 constexpr std::size_t kFewestPictures = 2;
-constexpr double kOtherPose_px = 2;        // two such that differ by more are two poses
+constexpr double kOtherPose_px = 2;              // two such that differ by more are two poses
 constexpr std::int64_t kAround_ns = 60'000'000;  // of the first and the last picture: measured then, too
 
 template <class M>
@@ -119,12 +119,14 @@ std::optional<RecordedStand> read_stand(record::Reader& reader, const RobotFile&
     std::size_t accels = 0, soles = 0;
     std::array<motion::SoleForces, 2> force{};
   };
-  std::vector<Sums> sums(times.size(), {std::vector<double>(body.joints()), std::vector<std::size_t>(body.joints()), {}, 0, 0, {}});
+  std::vector<Sums> sums(times.size(),
+                         {std::vector<double>(body.joints()), std::vector<std::size_t>(body.joints()), {}, 0, 0, {}});
   const auto each = [&](std::int64_t at_ns, const auto& add) {
     for (std::size_t i = 0; i < times.size(); ++i)
       if (at_ns >= times[i].from_ns - kAround_ns && at_ns <= times[i].until_ns + kAround_ns) add(sums[i]);
   };
-  constexpr kinematics::Limb kLimb[] = {kinematics::Limb::head, kinematics::Limb::left_leg, kinematics::Limb::right_leg};
+  constexpr kinematics::Limb kLimb[] = {kinematics::Limb::head, kinematics::Limb::left_leg,
+                                        kinematics::Limb::right_leg};
   for (std::size_t limb = 0; limb < 3; ++limb) {
     const std::vector<std::size_t>& joints = limbs.of(kLimb[limb]);
     for (const msg::JointState& s : all_of<msg::JointState>(reader, (*topics)[limb]))
@@ -159,7 +161,8 @@ std::optional<RecordedStand> read_stand(record::Reader& reader, const RobotFile&
     if (sum.accels > 0) pose.accel_mps2 = sum.accel / static_cast<double>(sum.accels);
     const double pictures = static_cast<double>(times[i].last - times[i].first + 1);
     for (std::size_t k = 0; k < boards.boards[times[i].first].corners.size(); ++k) {
-      identify::PlanePoint p{static_cast<double>(k % columns) * square_m, static_cast<double>(k / columns) * square_m, 0, 0};
+      identify::PlanePoint p{static_cast<double>(k % columns) * square_m, static_cast<double>(k / columns) * square_m,
+                             0, 0};
       for (std::size_t b = times[i].first; b <= times[i].last; ++b)
         p.u_px += boards.boards[b].corners[k].u_px / pictures, p.v_px += boards.boards[b].corners[k].v_px / pictures;
       pose.view.push_back(p);

@@ -15,8 +15,8 @@ struct RecordedStand {
   std::size_t still = 0, not_flat = 0;  // poses that were found; of them those in which a sole lay not flat
 };
 
-/// The board, angles and acceleration of each pose are means over the time in which the pictures stood still. Joints are
-/// those of the topics that a module of the robot file reads at its ports head_joints, left_leg_joints and
+/// The board, angles and acceleration of each pose are means over the time in which the pictures stood still. Joints
+/// are those of the topics that a module of the robot file reads at its ports head_joints, left_leg_joints and
 /// right_leg_joints; soles and IMU are the only topics of their types.
 /// Nothing, with `why`: such a module, topic or body is missing.
 std::optional<RecordedStand> read_stand(record::Reader& reader, const RobotFile& robot, const RecordedBoards& boards,

@@ -12,7 +12,7 @@ using kinematics::kLimbs;
 namespace {
 
 constexpr double kRests_s = 0.45;  // the last part of a pose, in which nothing moves
-constexpr double kFirst_s = 2;  // to the first pose, from wherever it is
+constexpr double kFirst_s = 2;     // to the first pose, from wherever it is
 
 /// 0 to 1 without a jerk at the ends.
 double smooth(double t) { return t * t * t * (10 + t * (6 * t - 15)); }
@@ -31,14 +31,21 @@ void CalibrationStand::declare(rt::Declaration& d) {
   d.param("seed", seed_, {.min = 0, .max = 1e6, .doc = "other poses of the same kind; at the start"});
   d.param("move_s", move_s_, {.unit = "s", .min = 0.2, .max = 10, .doc = "from pose to pose"});
   d.param("hold_s", hold_s_, {.unit = "s", .min = 0.3, .max = 10, .doc = "in each pose"});
-  d.param("height_m", options_.height_m, {.unit = "m", .min = 0.05, .max = 2, .doc = "of the hips over the soles; at the start"});
-  d.param("stance_m", options_.stance_m, {.unit = "m", .min = 0.02, .max = 1, .doc = "between the soles' middles; at the start"});
-  d.param("ahead_m", options_.ahead_m, {.unit = "m", .min = 0.1, .max = 5, .doc = "where the board's middle is; at the start"});
+  d.param("height_m", options_.height_m,
+          {.unit = "m", .min = 0.05, .max = 2, .doc = "of the hips over the soles; at the start"});
+  d.param("stance_m", options_.stance_m,
+          {.unit = "m", .min = 0.02, .max = 1, .doc = "between the soles' middles; at the start"});
+  d.param("ahead_m", options_.ahead_m,
+          {.unit = "m", .min = 0.1, .max = 5, .doc = "where the board's middle is; at the start"});
   d.param("aside_m", options_.aside_m, {.unit = "m", .min = -2, .max = 2, .doc = "and to the left; at the start"});
-  d.param("around_m", options_.around_m, {.unit = "m", .min = 0, .max = 2, .doc = "it looks up to this far beside it; at the start"});
-  d.param("tilt_rad", options_.tilt_rad, {.unit = "rad", .min = 0, .max = 0.5, .doc = "of the torso, both ways; at the start"});
-  d.param("turn_rad", options_.turn_rad, {.unit = "rad", .min = 0, .max = 0.8, .doc = "about the vertical; at the start"});
-  d.param("shift_m", options_.shift_m, {.unit = "m", .min = 0, .max = 0.1, .doc = "of the centre of mass, both ways; at the start"});
+  d.param("around_m", options_.around_m,
+          {.unit = "m", .min = 0, .max = 2, .doc = "it looks up to this far beside it; at the start"});
+  d.param("tilt_rad", options_.tilt_rad,
+          {.unit = "rad", .min = 0, .max = 0.5, .doc = "of the torso, both ways; at the start"});
+  d.param("turn_rad", options_.turn_rad,
+          {.unit = "rad", .min = 0, .max = 0.8, .doc = "about the vertical; at the start"});
+  d.param("shift_m", options_.shift_m,
+          {.unit = "m", .min = 0, .max = 0.1, .doc = "of the centre of mass, both ways; at the start"});
   d.param("lower_m", options_.lower_m, {.unit = "m", .min = 0, .max = 0.2, .doc = "up to this far down; at the start"});
 }
 

@@ -25,7 +25,9 @@ constexpr BodyModule kKidModules[] = {
     {"kid::CameraPose",
      [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::CameraPose>(body); }},
     {"kid::CalibrationStand",
-     [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::CalibrationStand>(body); }},
+     [](const RobotBody& body) -> std::unique_ptr<rt::Module> {
+       return std::make_unique<kid::CalibrationStand>(body);
+     }},
     {"kid::Mover",
      [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::Mover>(body); }},
     {"kid::Gaze",

@@ -28,7 +28,7 @@ class LensFilm {
 
   double focal_px_;
   raster::Raster fine_;
-  std::vector<std::uint32_t> from_;     // of each sample of each pixel: where in the fine picture
+  std::vector<std::uint32_t> from_;  // of each sample of each pixel: where in the fine picture
   std::vector<std::uint32_t> picture_;
 };
 

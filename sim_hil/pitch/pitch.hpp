@@ -49,7 +49,7 @@ struct PitchBody {
 
 /// A printed chessboard of 10 x 7 squares with a white rim of one square, for calibration.
 struct PitchBoard {
-  double square_m = 0;  // 0: there is none
+  double square_m = 0;                                     // 0: there is none
   double x_m = 0, y_m = 0, heading_rad = 0, lean_rad = 0;  // as the options of the world "soccer"
   /// Its first inner corner in the world: x along its rows, to the right for somebody before it, y down, z into it.
   kinematics::Pose pose() const;

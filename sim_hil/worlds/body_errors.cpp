@@ -71,8 +71,9 @@ const auto& lines() {
               "each pressure cell's scale is up to this share off"),
       of_body("ambient_c", "ambient", "degrees C", -40, 85, &BodyErrors::ambient_c,
               "temperature of the air around the servos, which they begin with"),
-      of_body("joint_zero_deg", "joint-zero", "degrees", 0, 10, &BodyErrors::joint_zero_deg,
-              "error of each joint's zero, of encoder and target, sigma, drawn once: what `sinew calibrate legs` finds"),
+      of_body(
+          "joint_zero_deg", "joint-zero", "degrees", 0, 10, &BodyErrors::joint_zero_deg,
+          "error of each joint's zero, of encoder and target, sigma, drawn once: what `sinew calibrate legs` finds"),
       of_body("sole_tilt_deg", "sole-tilt", "degrees", 0, 5, &BodyErrors::sole_tilt_deg,
               "tilt of each sole about its two axes, sigma, drawn once"),
       of_body("sole_height_mm", "sole-height", "mm", 0, 10, &BodyErrors::sole_height_mm,

@@ -18,7 +18,9 @@ class FindsABoard : public testing::Test {
   identify::test::BoardPictures pictures{kCamera, kBoard, kSquare, {.width = 320, .height = 240}};
   math::Random random{1};
   BoardFinder finder{kBoard};
-  kinematics::Pose some() { return identify::test::held(pictures, kCamera, kBoard, kSquare, kWidth, kHeight, 0.6, random); }
+  kinematics::Pose some() {
+    return identify::test::held(pictures, kCamera, kBoard, kSquare, kWidth, kHeight, 0.6, random);
+  }
 };
 
 TEST_F(FindsABoard, WithinATenthOfAPixel) {
@@ -31,7 +33,8 @@ TEST_F(FindsABoard, WithinATenthOfAPixel) {
     const auto truth = pictures.corners(plane);
     ASSERT_EQ(finder.corners().size(), truth.size());
     for (std::size_t k = 0; k < truth.size(); ++k, ++count) {
-      const double off = math::hypot(finder.corners()[k].u_px - truth[k].u_px, finder.corners()[k].v_px - truth[k].v_px);
+      const double off =
+          math::hypot(finder.corners()[k].u_px - truth[k].u_px, finder.corners()[k].v_px - truth[k].v_px);
       EXPECT_LT(off, 1) << i << " corner " << k;
       squares += off * off;
     }

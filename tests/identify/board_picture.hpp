@@ -12,8 +12,8 @@ namespace sinew::identify::test {
 
 struct PictureOptions {
   std::uint32_t width = 640, height = 480;
-  double noise = 2;        // grey levels, sigma
-  double blur_px = 0.7;    // half the width of the box that a pixel averages
+  double noise = 2;      // grey levels, sigma
+  double blur_px = 0.7;  // half the width of the box that a pixel averages
   double dark = 40, bright = 210;
 };
 

@@ -26,8 +26,8 @@ Secret secret(std::uint64_t seed, std::size_t views, double noise_px, double til
   const test::BoardPictures board(s.camera, kBoard, kSquare, {.width = 1, .height = 1});
   while (s.views.size() < views) {
     kinematics::Pose p;
-    p.q = math::Quat::exp({random.uniform(-tilt_rad, tilt_rad), random.uniform(-tilt_rad, tilt_rad),
-                           random.uniform(-0.5, 0.5)});
+    p.q = math::Quat::exp(
+        {random.uniform(-tilt_rad, tilt_rad), random.uniform(-tilt_rad, tilt_rad), random.uniform(-0.5, 0.5)});
     p.p_m = {random.uniform(-0.25, 0.15), random.uniform(-0.2, 0.1), random.uniform(0.3, 0.7)};
     PlaneView view;
     for (std::size_t i = 0; const vision::BoardCorner& c : board.corners(p)) {
@@ -111,7 +111,8 @@ TEST(CameraFit, HoldsALensThatTheViewsDoNotReach) {
   const LensCamera c{500, 500, 319.5, 239.5, {}};
   math::Random random(6);
   for (PlaneView& view : s.views) {
-    const kinematics::Pose p{{-0.1, -0.06, 2.5}, math::Quat::exp({random.uniform(-0.7, 0.7), random.uniform(-0.7, 0.7), 0})};
+    const kinematics::Pose p{{-0.1, -0.06, 2.5},
+                             math::Quat::exp({random.uniform(-0.7, 0.7), random.uniform(-0.7, 0.7), 0})};
     for (PlanePoint& point : view) {
       const auto at = c.pixel(p.of({point.x_m, point.y_m, 0}));
       point.u_px = at.u_px + random.normal(0, 0.2), point.v_px = at.v_px + random.normal(0, 0.2);
@@ -132,8 +133,7 @@ TEST(CameraFit, SaysWhatIsWrongWithViews) {
   EXPECT_EQ(fit_camera(views).problem, "view 1 has a number that is not finite");
   views = s.views;
   views[2].resize(9);  // one row of the board
-  EXPECT_EQ(fit_camera(views).problem,
-            "view 2 has fewer than 4 points, or all in a line: nothing can be said from it");
+  EXPECT_EQ(fit_camera(views).problem, "view 2 has fewer than 4 points, or all in a line: nothing can be said from it");
   EXPECT_EQ(fit_camera(s.views, {.width_px = 0}).problem, "the picture's size is not known");
 }
 

@@ -42,7 +42,8 @@ void study(std::uint32_t width, std::uint64_t first) {
                         finder.corners()[k].u_px, finder.corners()[k].v_px});
       views.push_back(std::move(view));
     }
-    const CameraFit fit = fit_camera(views, {.width_px = static_cast<double>(width), .height_px = static_cast<double>(height)});
+    const CameraFit fit =
+        fit_camera(views, {.width_px = static_cast<double>(width), .height_px = static_cast<double>(height)});
     ASSERT_EQ(fit.problem, "") << seed;
     const std::array<double, kCameraNumbers> truth{c.fx_px,   c.fy_px,   c.cx_px,   c.cy_px,
                                                    c.lens.k1, c.lens.k2, c.lens.p1, c.lens.p2};
@@ -53,12 +54,14 @@ void study(std::uint32_t width, std::uint64_t first) {
     }
     rms.push_back(fit.rms_px), held_out.push_back(fit.held_out_rms_px);
   }
-  std::printf("%u x %u, cameras %llu to %llu: %zu of %zu pictures missed; off by %.3f px, held out by %.3f (medians)\n", width,
-              height, static_cast<unsigned long long>(first), static_cast<unsigned long long>(first + kCameras - 1), missed,
-              kCameras * kViews, median(rms), median(held_out));
+  std::printf("%u x %u, cameras %llu to %llu: %zu of %zu pictures missed; off by %.3f px, held out by %.3f (medians)\n",
+              width, height, static_cast<unsigned long long>(first),
+              static_cast<unsigned long long>(first + kCameras - 1), missed, kCameras * kViews, median(rms),
+              median(held_out));
   std::printf("| number | held | median half-width | median error |\n|---|---|---|---|\n");
   for (std::size_t i = 0; i < kCameraNumbers; ++i) {
-    std::printf("| %s | %zu | %.2g | %.2g |\n", camera_numbers()[i].name.data(), held[i], median(half[i]), median(off[i]));
+    std::printf("| %s | %zu | %.2g | %.2g |\n", camera_numbers()[i].name.data(), held[i], median(half[i]),
+                median(off[i]));
     EXPECT_GE(held[i], 89u) << camera_numbers()[i].name;
     EXPECT_LE(held[i], 99u) << camera_numbers()[i].name;
   }

@@ -36,7 +36,8 @@ struct SecretStand {
   bool fell = false;
 };
 
-inline SecretStand stand_before_board(std::uint64_t seed, const StandErrors& errors, const plant::BodyErrors& others = {}) {
+inline SecretStand stand_before_board(std::uint64_t seed, const StandErrors& errors,
+                                      const plant::BodyErrors& others = {}) {
   SecretStand out;
   out.body = app::load_body(sinew::test::source_dir() + "/robots/kid/op3.toml").body;
   std::string why;
@@ -110,11 +111,13 @@ inline SecretStand stand_before_board(std::uint64_t seed, const StandErrors& err
   for (std::size_t j = 0; j < joints; ++j) out.zero_rad.push_back(pitch.joint_zero_rad(0, j));
   for (std::size_t side = 0; side < 2; ++side) {
     const std::string name = side == 0 ? "l" : "r";
-    const kinematics::Place &drawn = *out.body.find_place(name + "_sole"), &truth = *pitch.body(0).find_place(name + "_sole");
+    const kinematics::Place &drawn = *out.body.find_place(name + "_sole"),
+                            &truth = *pitch.body(0).find_place(name + "_sole");
     const kinematics::Pose error = drawn.pose.inverse() * truth.pose;
     out.thicker_m[side] = -error.p_m.z;
     const math::Vec3 tilt = error.q.log();
-    const std::size_t roll = *out.body.find_link(name + "_ankle_roll"), pitch_link = *out.body.find_link(name + "_ankle_pitch");
+    const std::size_t roll = *out.body.find_link(name + "_ankle_roll"),
+                      pitch_link = *out.body.find_link(name + "_ankle_pitch");
     out.zero_rad[roll - 1] -= tilt.x * out.body.links[roll].axis.x;
     out.zero_rad[pitch_link - 1] -= tilt.y * out.body.links[pitch_link].axis.y;
   }

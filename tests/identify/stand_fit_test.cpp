@@ -40,7 +40,8 @@ struct Stand {
       pose.set(joints, kinematics::Pose{{0, 0.0525, 0}, {}} * sole.inverse());
       const kinematics::Pose camera = pose.place(record.camera_place) * kinematics::Pose{{}, {0.5, -0.5, 0.5, -0.5}};
       StandPose p;
-      for (std::size_t j = 0; j < body.joints(); ++j) p.joints_rad.push_back(rad[j] + zero_rad[j] + random.normal(0, 5e-4));
+      for (std::size_t j = 0; j < body.joints(); ++j)
+        p.joints_rad.push_back(rad[j] + zero_rad[j] + random.normal(0, 5e-4));
       for (int k = 0; k < 54; ++k) {
         const double x = k % 9 * kSquare, y = k / 9 * kSquare;
         const auto at = kCamera.pixel(camera.inverse().of(board.of({x, y, 0})));

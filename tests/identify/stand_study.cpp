@@ -43,7 +43,8 @@ TEST(StandStudy, Of100SecretHumanoidsTheStatedIntervalsHold89To99Times) {
       Tally& t = tally[i];
       t.name = e.name;
       const bool is_sole = i + 2 >= fit.estimates.size();
-      const double truth = is_sole ? s.thicker_m[i + 2 - fit.estimates.size()] : s.zero_rad[*s.body.find_link(e.name) - 1];
+      const double truth =
+          is_sole ? s.thicker_m[i + 2 - fit.estimates.size()] : s.zero_rad[*s.body.find_link(e.name) - 1];
       const double off = math::fabs(e.value - truth), unit = is_sole ? 1000 : kDeg;
       t.held += off <= e.half_width ? 1 : 0, t.shown += e.shown ? 1 : 0;
       t.half.push_back(unit * e.half_width), t.off.push_back(unit * off);
@@ -65,9 +66,11 @@ TEST(StandStudy, Of100SecretHumanoidsTheStatedIntervalsHold89To99Times) {
     high_before.push_back(1000 * math::sqrt(heights[0] / n)), high_after.push_back(1000 * math::sqrt(heights[1] / n));
     kept.push_back(static_cast<double>(fit.poses));
   }
-  std::printf("%zu humanoids, %zu fell; %.0f poses used; camera off in poses that were not fitted by %.2f degrees, %.1f mm in height "
-              "before, %.2f degrees, %.1f mm after (medians)\n",
-              robots, fell, median(kept), median(before), median(high_before), median(after), median(high_after));
+  std::printf(
+      "%zu humanoids, %zu fell; %.0f poses used; camera off in poses that were not fitted by %.2f degrees, %.1f mm in "
+      "height "
+      "before, %.2f degrees, %.1f mm after (medians)\n",
+      robots, fell, median(kept), median(before), median(high_before), median(after), median(high_after));
   std::printf("| zero of | held of %zu | shown | median half-width | median error |\n|---|---|---|---|---|\n", used);
   EXPECT_LE(fell * 5, robots);
   EXPECT_LT(median(after), 0.2 * median(before));

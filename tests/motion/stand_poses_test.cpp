@@ -19,7 +19,8 @@ TEST(StandPoses, KeepBothSolesOnTheGroundAndTheWeightBetweenThem) {
   kinematics::BodyPose pose(body);
   for (const JointAngles& rad : poses) {
     pose.set({rad.data(), figure->joints()});
-    const kinematics::Pose left = figure->sole(pose, Side::left), right = left.inverse() * figure->sole(pose, Side::right);
+    const kinematics::Pose left = figure->sole(pose, Side::left),
+                           right = left.inverse() * figure->sole(pose, Side::right);
     EXPECT_NEAR(right.p_m.z, 0, 1e-6);
     EXPECT_NEAR(right.p_m.y, -options.stance_m, 1e-6);
     EXPECT_LT(angle_between(right.q, {}), 1e-6);

@@ -2,8 +2,8 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
-#include "msg/image.hpp"
 #include "math/lens.hpp"
+#include "msg/image.hpp"
 #include "rt/module.hpp"
 
 namespace sinew::vision {

@@ -184,7 +184,11 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
   JointMotion motion(std::size_t joint) const override {
     const BodyTruth& truth = pitch_.truth(number_);
     const JointReading& reading = pitch_.sensors(number_).joint[joint];
-    JointMotion m{truth.joint_rad[joint] + pitch_.joint_zero_rad(number_, joint), truth.joint_radps[joint], reading.effort_nm, reading.temperature_c, {}};
+    JointMotion m{truth.joint_rad[joint] + pitch_.joint_zero_rad(number_, joint),
+                  truth.joint_radps[joint],
+                  reading.effort_nm,
+                  reading.temperature_c,
+                  {}};
     if (taken_[joint]) {
       m.drive = *taken_[joint];
     } else if (math::is_finite(commanded_[joint])) {
@@ -336,8 +340,9 @@ hal::Result<std::unique_ptr<SoccerWorld>> SoccerWorld::create(const WorldChoice&
     impl->game.emplace(Game::rules_of(choice.type->info, choice.values), teams);
   }
   for (std::size_t i = 0; i < robots.size(); ++i)
-    impl->robots.push_back(std::make_unique<SoccerRobotSide>(
-        robots[i], *impl->pitch, impl->game ? &*impl->game : nullptr, i, value("board_square_mm") > 0, seed_of_robot(seed, i)));
+    impl->robots.push_back(std::make_unique<SoccerRobotSide>(robots[i], *impl->pitch,
+                                                             impl->game ? &*impl->game : nullptr, i,
+                                                             value("board_square_mm") > 0, seed_of_robot(seed, i)));
   return std::unique_ptr<SoccerWorld>(new SoccerWorld(std::move(impl)));
 }
 

@@ -54,7 +54,8 @@ TEST(Soles, ThatAreTiltedAndThickerAreSoForPlaceAndContactAlike) {
     const auto& shapes = pitch->body(0).links[truth.link].shapes;
     bool found = false;
     for (const kinematics::Shape& s : shapes)
-      found = found || (s.kind == kinematics::Shape::Kind::box && angle_between(s.q, body.body.links[truth.link].shapes[0].q) > 0.9 * tilt);
+      found = found || (s.kind == kinematics::Shape::Kind::box &&
+                        angle_between(s.q, body.body.links[truth.link].shapes[0].q) > 0.9 * tilt);
     EXPECT_TRUE(found) << name;
   }
 }
