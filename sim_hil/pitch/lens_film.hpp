@@ -22,7 +22,7 @@ class LensFilm {
   std::span<const std::uint32_t> develop();
 
  private:
-  static constexpr int kFiner = 3;  // samples across a pixel
+  static constexpr int kFiner = 6;  // samples across a pixel; 3 leave corners off by 0.18 px, 6 by 0.11
   static raster::Raster large_enough(std::uint32_t width, std::uint32_t height, double focal_px,
                                      const math::LensDistortion& lens);
 
