@@ -14,8 +14,8 @@ using kinematics::Pose;
 using math::Quat;
 using math::Vec3;
 
-constexpr std::size_t kFewestPoses = 12;
-constexpr std::size_t kRows = 14;  // of a pose: camera 6, right sole 6, gravity 2
+constexpr std::size_t kFewestPoses = 26;  // two more than there are numbers: intervals come from poses
+constexpr std::size_t kRows = 14;         // of a pose: camera 6, right sole 6, gravity 2
 constexpr double kMostZero_rad = 0.35, kMostSole_m = 0.03;
 constexpr double kDifference_rad = 1e-5;
 constexpr Quat kQOptical{0.5, -0.5, 0.5, -0.5};  // x ahead, y left, z up to x right, y down, z ahead

@@ -62,7 +62,7 @@ struct StandFit {
 /// with the zeros. A zero of an ankle has the tilt of its sole in it: no such record tells them apart, and flat soles
 /// need only the sum.
 /// Intervals come from fit_outputs(): poses are the blocks.
-/// Errors:  `problem`: fewer than 12 poses, a view that shows no pose of the board, a body without feet.
+/// Errors:  `problem`: fewer than 26 poses, a view that shows no pose of the board, a body without feet.
 StandFit fit_stand(const StandRecord& record, const StandFitOptions& options = {});
 
 /// The body with these zeros taken off measured angles; and its soles as thick as they are.

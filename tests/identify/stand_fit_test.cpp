@@ -91,9 +91,9 @@ TEST(StandFit, NamesWhatHardlyDifferentPosesDoNotShow) {
 
 TEST(StandFit, SaysWhatIsMissing) {
   Stand s(7, 1, 11);
-  EXPECT_EQ(fit_stand(s.record).problem, "only 11 poses, at least 12 are needed");
+  EXPECT_EQ(fit_stand(s.record).problem, "only 11 poses, at least 26 are needed");
   EXPECT_EQ(fit_stand({}).problem, "no body is given");
-  Stand more(8, 1, 12);
+  Stand more(8, 1, 26);
   more.record.poses[3].view.resize(3);
   EXPECT_EQ(fit_stand(more.record).problem, "pose 3 does not show where the board is");
   more.record.poses[3] = more.record.poses[4];
