@@ -2,14 +2,12 @@
 
 #include <algorithm>
 
+#include "identify/robust.hpp"
 #include "identify/student.hpp"
 #include "math/elementary.hpp"
 
 namespace sinew::identify {
 namespace {
-
-constexpr double kHuber = 2.5;             // sigmas
-constexpr double kSigmaOfMedian = 1.4826;  // of a normal distribution's absolute errors
 
 class Fitter {
  public:

@@ -1,4 +1,4 @@
-// calibrate imu, joint, camera-offset: measures how one robot differs, and writes it to its calibration file.
+// calibrate imu, joint, camera, camera-offset: measures how one robot differs, and writes it to its calibration file.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -8,6 +8,7 @@
 #include "apps/calibrate/calibration_bench.hpp"
 #include "apps/calibrate/commands.hpp"
 #include "apps/calibrate/imu_rest.hpp"
+#include "apps/calibrate/lens_command.hpp"
 #include "apps/command/number_check.hpp"
 
 namespace sinew::app {
@@ -128,6 +129,26 @@ CLI::App& calibrate(CLI::App& parent, CommandContext& context, const char* name,
   return app;
 }
 
+/// What commands have in common that look at a board in a recording.
+CLI::App& add_board_command(CLI::App& parent, const char* name, const char* text, LensOptions& o) {
+  CLI::App& app = *parent.add_subcommand(name, text);
+  app.add_option("recording", o.recording, "with pixels: `sinew run --record-images`")
+      ->required()
+      ->type_name(kFileHint);
+  app.add_option("--square", o.square_m, "side of one square of the board, m")
+      ->check(number(1e-4, 10))
+      ->type_name("M")
+      ->required();
+  app.add_option("--board", o.board, "its inner corners, across and down [9 6]")
+      ->expected(2)
+      ->check(whole(3, 32))
+      ->type_name("COLUMNS ROWS");
+  app.add_option("--topic", o.topic, "of the pictures, if there are several")->type_name("TOPIC");
+  app.add_option("--file", o.file, "calibration file to write to; default: it is printed")->type_name(kFileHint);
+  app.add_flag("--json", o.json, "as one JSON object");
+  return app;
+}
+
 }  // namespace
 
 void add_calibrate_command(CLI::App& app, CommandContext& context) {
@@ -152,6 +173,36 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
       ->check(number(-1000, 1000))
       ->type_name("RAD")
       ->required();
+
+  const auto lens_options = std::make_shared<LensOptions>();
+  CLI::App& lens = add_board_command(
+      parent, "camera",
+      "focal lengths, centre and distortion of a camera, from a recording that shows a printed chessboard",
+      *lens_options);
+  lens.add_option("--views", lens_options->views, "at most so many are fitted, those that differ most [40]")
+      ->check(whole(3, 200))
+      ->type_name("N");
+  lens.add_option("--picture", lens_options->picture, "PNG of all corners and of how far the camera is off at each")
+      ->type_name("FILE");
+  lens.add_option("--params", lens_options->params, "write the numbers for `sinew run --params`, too")
+      ->type_name(kFileHint);
+  lens.callback([&context, lens_options] {
+    context.action = [lens_options, &types = context.types] { return calibrate_lens(*lens_options, types); };
+  });
+
+  const auto legs_options = std::make_shared<LegsOptions>();
+  CLI::App& legs = add_board_command(
+      parent, "legs",
+      "zeros of the joints of legs and head, and soles, from a recording in which a humanoid stood in poses before a "
+      "chessboard on the ground",
+      legs_options->lens);
+  legs.add_option("--camera", legs_options->camera_file,
+                  "the camera's numbers, as `calibrate camera --file` wrote them")
+      ->type_name(kFileHint);
+  legs.add_option("--place", legs_options->place, "of the camera in the body [camera]")->type_name("NAME");
+  legs.callback([&context, legs_options] {
+    context.action = [legs_options, &types = context.types] { return calibrate_legs(*legs_options, types); };
+  });
 
   const auto camera_options = std::make_shared<CalibrateOptions>();
   camera_options->device = "imu";

@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 
+#include "apps/calibrate/lens_command.hpp"
 #include "apps/run/run_setup.hpp"
 
 namespace sinew::app {
@@ -63,25 +61,10 @@ int CalibrationBench::write(bool dry) const {
     std::fputs(text.c_str(), stdout);
     return kDone;
   }
-  const std::string fresh = path + ".new";
-  std::ofstream out(fresh, std::ios::binary);
-  out << text;
-  out.close();
-  std::error_code error;
-  if (out) std::filesystem::rename(fresh, path, error);
-  if (!out || error) return fail(path + ": cannot be written", kFailed);
-  std::printf("written: %s\n", path.c_str());
-  return kDone;
+  return write_calibration(path, robot.graph.robot, old, false);
 }
 
-bool CalibrationBench::read_old() {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) return true;  // the first one
-  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
-  old = parse_calibration(text, path);
-  for (const auto& p : old.problems) std::fprintf(stderr, "%s\n", rt::to_string(p, path).c_str());
-  return old.problems.empty();
-}
+bool CalibrationBench::read_old() { return read_calibration(path, old); }
 
 std::vector<rt::Problem> CalibrationBench::apply_keys() {
   Calibration keys = old;

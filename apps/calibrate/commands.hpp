@@ -4,6 +4,7 @@
 
 namespace sinew::app {
 
-void add_calibrate_command(CLI::App& app, CommandContext& context);  // calibrate imu, joint, camera
+void add_calibrate_command(CLI::App& app,
+                           CommandContext& context);  // calibrate imu, joint, camera, legs, camera-offset
 
 }  // namespace sinew::app

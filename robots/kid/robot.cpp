@@ -1,3 +1,4 @@
+#include "robots/kid/calibration_stand.hpp"
 #include "robots/kid/camera_pose.hpp"
 #include "robots/kid/devices.hpp"
 #include "robots/kid/figure_walk.hpp"
@@ -21,6 +22,7 @@ void add_kid_modules(rt::ModuleTypes& types) {
   types.add<kid::Gaze>("kid::Gaze");
   types.add<kid::FigureWalk>("kid::FigureWalk");
   types.add<kid::KickPlan>("kid::KickPlan");
+  types.add<kid::CalibrationStand>("kid::CalibrationStand");
   types.add<soccer::Sight>("soccer::Sight");
   types.add<soccer::Locate>("soccer::Locate");
   types.add<soccer::TrackBall>("soccer::TrackBall");
@@ -32,6 +34,10 @@ void add_kid_modules(rt::ModuleTypes& types) {
 constexpr BodyModule kKidModules[] = {
     {"kid::CameraPose",
      [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::CameraPose>(body); }},
+    {"kid::CalibrationStand",
+     [](const RobotBody& body) -> std::unique_ptr<rt::Module> {
+       return std::make_unique<kid::CalibrationStand>(body);
+     }},
     {"kid::Mover",
      [](const RobotBody& body) -> std::unique_ptr<rt::Module> { return std::make_unique<kid::Mover>(body); }},
     {"kid::Gaze",
@@ -44,6 +50,7 @@ constexpr PhaseWords kKidPhases[] = {
     {"kid::FigureWalk", msg::MissionPhase::hold, "coming to a stand"},
     {"kid::KickPlan", msg::MissionPhase::wait, "getting on its feet"},
     {"kid::KickPlan", msg::MissionPhase::approach, "waiting until it is time"},
+    {"kid::CalibrationStand", msg::MissionPhase::hold, "standing in poses"},
     {"kid::KickPlan", msg::MissionPhase::hold, "kicking or stopping the ball"},
 };
 

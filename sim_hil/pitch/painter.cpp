@@ -1,5 +1,6 @@
 #include "sim_hil/pitch/painter.hpp"
 
+#include "sim_hil/pitch/lens_film.hpp"
 #include "sim_hil/pitch/view.hpp"
 
 namespace sinew::plant {
@@ -15,6 +16,8 @@ class PitchPainter final : public Painter {
   PitchPainter(std::uint32_t width, std::uint32_t height, const PitchOptions& options,
                std::span<const PitchBody> bodies)
       : picture_(width, height), view_(options, bodies) {
+    if (!options.lens.none() || options.board.square_m > 0)
+      film_ = std::make_unique<LensFilm>(width, height, options.focal_per_height * height, options.lens);
     pitch_.robots.resize(bodies.size());
     for (const PitchBody& body : bodies) links_.push_back(body.body.links.size());
   }
@@ -33,12 +36,20 @@ class PitchPainter final : public Painter {
     camera.fx_px = camera.fy_px = scene.camera.focal_per_height * picture_.height();
     camera.cx_px = 0.5 * picture_.width();
     camera.cy_px = 0.5 * picture_.height();
+    if (film_) {
+      camera.fx_px = camera.fy_px = film_->focal_px();
+      camera.cx_px = 0.5 * film_->raster().width();
+      camera.cy_px = 0.5 * film_->raster().height();
+      view_.draw(film_->raster(), pitch_, camera);
+      return film_->develop();
+    }
     view_.draw(picture_, pitch_, camera);
     return picture_.pixels();
   }
 
  private:
   raster::Raster picture_;
+  std::unique_ptr<LensFilm> film_;
   PitchView view_;
   PitchScene pitch_;
   std::vector<std::size_t> links_;

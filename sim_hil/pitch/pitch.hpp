@@ -20,6 +20,7 @@
 
 #include "hal/result.hpp"
 #include "kinematics/body.hpp"
+#include "math/lens.hpp"
 #include "sim_hil/pitch/field.hpp"
 #include "sim_hil/worlds/body_errors.hpp"
 #include "sim_hil/worlds/joints.hpp"
@@ -46,6 +47,15 @@ struct PitchBody {
   double focal_per_height = 0.875;  // of its cameras: focal length as a share of the picture's height
 };
 
+/// A printed chessboard of 10 x 7 squares with a white rim of one square, for calibration.
+struct PitchBoard {
+  double square_m = 0;                                     // 0: there is none
+  double x_m = 0, y_m = 0, heading_rad = 0, lean_rad = 0;  // as the options of the world "soccer"
+  /// Its first inner corner in the world: x along its rows, to the right for somebody before it, y down, z into it.
+  kinematics::Pose pose() const;
+};
+inline constexpr int kBoardColumns = 9, kBoardRows = 6;  // inner corners
+
 struct PitchOptions {
   /// Without dynamics, for long tests of behaviour: the lowest foot of a robot is fixed to the flat ground and the body
   /// moves over it; joints and wheels turn at the speed that they can; robots neither fall nor touch each other; pushes
@@ -57,6 +67,9 @@ struct PitchOptions {
   bool has_ball = true;
   bool orange_ball = false;  // for robots that find it by its colour; else white with black, as in the league
   PitchPlace ball_at{};      // x_m, y_m
+  PitchBoard board{};
+  double focal_per_height = 0.875;  // of the cameras of a painter's scenes
+  math::LensDistortion lens{};      // of all cameras
 };
 
 struct JointReading {
@@ -123,6 +136,8 @@ class Pitch {
   virtual const BallTruth& ball() const = 0;
   /// How often MuJoCo warned (no room for contacts, a state that is no number): 0 in a run that means something.
   virtual std::uint64_t trouble() const = 0;
+  /// What a joint's encoder reads where it is at 0; the servo's targets are off by as much.
+  virtual double joint_zero_rad(std::size_t robot, std::size_t joint) const = 0;
   /// The command delay that the robot has in this run.
   virtual std::int64_t command_delay_ns(std::size_t robot) const = 0;
 

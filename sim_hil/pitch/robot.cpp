@@ -12,6 +12,19 @@ ModelRobot true_body(const PitchBody& given, const RobotDraw& draw) {
     link.mass_kg *= draw.mass[i];
     for (double& value : link.inertia_kgm2) value *= draw.mass[i];
   }
+  // A sole is tilted about the middle of its underside; the place of the drawing's name goes with it.
+  const auto soles = soles_of(given.body);
+  for (std::size_t side = 0; side < 2; ++side) {
+    if (!soles[side]) continue;
+    const Sole& sole = *soles[side];
+    const kinematics::Pose under = sole.box * kinematics::Pose{{0, 0, -sole.half_m.z}, {}};
+    const kinematics::Pose moved = under * draw.sole[side] * under.inverse();
+    kinematics::Shape& shape = out.body.links[sole.link].shapes[sole.shape];
+    const kinematics::Pose box = moved * kinematics::Pose{shape.at_m, shape.q};
+    shape.at_m = box.p_m, shape.q = box.q;
+    for (kinematics::Place& place : out.body.places)
+      if (place.name == (side == 0 ? "l_sole" : "r_sole")) place.pose = moved * place.pose;
+  }
   return out;
 }
 
@@ -42,8 +55,8 @@ std::vector<PitchRobot> robots_of(std::span<const PitchBody> bodies, std::uint64
     const PitchBody& given = bodies[i];
     const RobotDraw draw(given.errors, seed, i);
     const std::size_t joints = given.body.joints();
-    PitchRobot r{true_body(given, draw), given.errors, draw, RobotIo(given.errors, draw, joints, seed, i),
-                 soles_of(given.body)};
+    PitchRobot r{true_body(given, draw), given.errors, draw, RobotIo(given.errors, draw, joints, seed, i), {}};
+    r.soles = soles_of(r.model.body);
     for (std::size_t j = 0; j < joints; ++j) r.servo.push_back(servo_of(given, draw, j));
     r.limit.assign(joints, 1);
     robots.push_back(std::move(r));

@@ -36,6 +36,7 @@ class PitchOfRobots : public Pitch {
   const BodySensors& sensors(std::size_t robot) const final { return robot_[robot].io.sensors(); }
   const BodyTruth& truth(std::size_t robot) const final { return robot_[robot].truth; }
   const BallTruth& ball() const final { return ball_; }
+  double joint_zero_rad(std::size_t robot, std::size_t joint) const final { return robot_[robot].draw.zero_rad[joint]; }
   std::int64_t command_delay_ns(std::size_t robot) const final { return robot_[robot].draw.command_delay_ns; }
   void command(std::size_t robot, std::span<const double> targets_rad) final;
   void command(std::size_t robot, std::size_t joint, const JointDrive& drive) final;

@@ -33,6 +33,12 @@ RobotDraw::RobotDraw(const BodyErrors& e, std::uint64_t seed, std::size_t robot)
   for (int i = 0; i < 3; ++i) accel_bias_mps2[i] = e.accel_bias_mps2 * random.normal();
   for (auto& foot : cell)
     for (double& factor : foot) factor = 1 + e.cell_spread * random.uniform(-1, 1);
+  constexpr double kRad = math::kPi / 180;
+  for (double& zero : zero_rad) zero = kRad * e.joint_zero_deg * random.normal();
+  for (kinematics::Pose& p : sole) {
+    const double roll = kRad * e.sole_tilt_deg * random.normal(), pitch = kRad * e.sole_tilt_deg * random.normal();
+    p = {{0, 0, 0.001 * e.sole_height_mm * random.normal()}, math::Quat::exp({roll, pitch, 0})};
+  }
 }
 
 RobotIo::RobotIo(const BodyErrors& errors, const RobotDraw& draw, std::size_t joints, std::uint64_t seed,
@@ -55,7 +61,10 @@ std::span<const JointDrive> RobotIo::obeyed() {
   const std::size_t from = steps_ >= command_steps_ ? steps_ - command_steps_ : 0;
   const auto& drive = steps_ >= command_steps_ ? on_the_way_[from % kRing] : on_the_way_[kRing - 1];
   ++steps_;
-  return {drive.data(), joints_};
+  obeyed_ = drive;
+  for (std::size_t j = 0; j < joints_; ++j)
+    if (draw_.zero_rad[j] != 0) obeyed_[j].position_rad -= draw_.zero_rad[j];
+  return {obeyed_.data(), joints_};
 }
 
 void RobotIo::measure(const Measured& value, std::int64_t now_ns) {
@@ -71,6 +80,7 @@ void RobotIo::measure(const Measured& value, std::int64_t now_ns) {
   Slow& slow = slow_[samples_ % kRing];
   slow.stamp_ns = now_ns;
   std::copy_n(value.joint.begin(), joints_, slow.joint.begin());
+  for (std::size_t j = 0; j < joints_; ++j) slow.joint[j].position_rad += draw_.zero_rad[j];
   for (std::size_t foot = 0; foot < 2; ++foot)
     for (std::size_t cell = 0; cell < 4; ++cell)
       slow.cell_n[foot][cell] =

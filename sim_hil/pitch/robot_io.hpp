@@ -16,6 +16,8 @@ struct RobotDraw {
   std::array<double, kinematics::kMaxLinks> mass{};
   math::Vec3 gyro_bias_radps, accel_bias_mps2;
   std::array<std::array<double, 4>, 2> cell{};
+  std::array<double, kMostJoints> zero_rad{};
+  std::array<kinematics::Pose, 2> sole{};  // left, right: the true one in the frame of the drawing's
 
   RobotDraw(const BodyErrors& errors, std::uint64_t seed, std::size_t robot);
 };
@@ -57,7 +59,7 @@ class RobotIo {
   math::Random noise_;
   std::size_t command_steps_, joint_steps_, imu_steps_;
   std::size_t steps_ = 0, samples_ = 0;
-  std::array<JointDrive, kMostJoints> said_{};
+  std::array<JointDrive, kMostJoints> said_{}, obeyed_{};
   std::vector<std::array<JointDrive, kMostJoints>> on_the_way_;
   std::vector<Imu> imu_;
   std::vector<Slow> slow_;

@@ -70,6 +70,16 @@ raster::Camera camera_at(const Vec3& eye, const Vec3& target, std::uint32_t widt
   return c;
 }
 
+kinematics::Pose PitchBoard::pose() const {
+  const Quat heading = Quat::from_axis_angle({0, 0, 1}, heading_rad);
+  // Right of who looks along x is -y; down the page is -x where it lies, and down where it stands.
+  const math::SinCos lean = math::sincos(lean_rad);
+  const Vec3 x = heading.rotate({0, -1, 0}), y = heading.rotate({-lean.cos, 0, -lean.sin}), z = cross(x, y);
+  const Vec3 near{x_m, y_m, 0};
+  return {near - x * ((kBoardColumns - 1) * 0.5 * square_m) - y * ((kBoardRows + 1) * square_m),
+          Quat::from_matrix({x.x, y.x, z.x, x.y, y.y, z.y, x.z, y.z, z.z})};
+}
+
 void PitchScene::take(const Pitch& pitch) {
   robots.resize(pitch.robots());
   for (std::size_t i = 0; i < robots.size(); ++i) {
@@ -98,6 +108,19 @@ PitchView::PitchView(const PitchOptions& o, std::span<const PitchBody> bodies) {
       frame.add(raster::cylinder(f.post_radius_m, f.goal_height_m).moved({{x, y, f.goal_height_m / 2}, {}}));
     frame.add(raster::cylinder(f.post_radius_m, 2 * half).moved({{x, 0, f.goal_height_m + f.post_radius_m}, across}));
     still_.push_back({frame, kWhite, kShowsGoal});
+  }
+  if (o.board.square_m > 0) {
+    const double a = o.board.square_m;
+    const auto part = [&](double x0, double y0, double x1, double y1, const Colour& colour, bool on_surface) {
+      const kinematics::Pose at = o.board.pose();
+      std::vector<Vec3> corners;
+      for (const auto& [x, y] : {std::pair{x0, y0}, {x0, y1}, {x1, y1}, {x1, y0}}) corners.push_back(at.of({x, y, 0}));
+      still_.push_back({raster::polygon(corners), colour, kShowsBoard, on_surface});
+    };
+    // On the ground it lies on the carpet.
+    part(-2 * a, -2 * a, (kBoardColumns + 1) * a, (kBoardRows + 1) * a, kWhite, o.board.lean_rad < 0.02);
+    for (int j = 0; j <= kBoardRows; ++j)
+      for (int i = j % 2; i <= kBoardColumns; i += 2) part((i - 1) * a, (j - 1) * a, i * a, j * a, kBallBlack, true);
   }
   // Every third pair of faces of the ball is black.
   const Mesh whole = raster::sphere(o.ball.radius_m, 12, 8);

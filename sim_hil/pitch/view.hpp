@@ -17,6 +17,7 @@ enum PitchThing : std::uint8_t {
   kShowsLine = 2,
   kShowsGoal = 3,
   kShowsBall = 4,
+  kShowsBoard = 5,
   kShowsRobot = 16,  // and its number
 };
 

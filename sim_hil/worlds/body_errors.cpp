@@ -71,6 +71,13 @@ const auto& lines() {
               "each pressure cell's scale is up to this share off"),
       of_body("ambient_c", "ambient", "degrees C", -40, 85, &BodyErrors::ambient_c,
               "temperature of the air around the servos, which they begin with"),
+      of_body(
+          "joint_zero_deg", "joint-zero", "degrees", 0, 10, &BodyErrors::joint_zero_deg,
+          "error of each joint's zero, of encoder and target, sigma, drawn once: what `sinew calibrate legs` finds"),
+      of_body("sole_tilt_deg", "sole-tilt", "degrees", 0, 5, &BodyErrors::sole_tilt_deg,
+              "tilt of each sole about its two axes, sigma, drawn once"),
+      of_body("sole_height_mm", "sole-height", "mm", 0, 10, &BodyErrors::sole_height_mm,
+              "each sole is thicker or thinner, sigma, drawn once"),
       Line{option("roughness_mm", "roughness", "mm", 0, 10, GroundErrors{}.roughness_mm, "",
                   "the ground under feet is up to this above or below a plane, in cells of 40 mm"),
            nullptr, &GroundErrors::roughness_mm},

@@ -30,6 +30,9 @@ struct BodyErrors {
   double cell_noise_n = 0.3;  // of a pressure cell, sigma
   double cell_spread = 0.1;   // its scale: uniformly up to this share off
   double ambient_c = 25;      // of the air around the servos
+  double joint_zero_deg = 0;  // of an encoder where the joint is at 0: sigma, drawn once; targets are off by as much
+  double sole_tilt_deg = 0;   // of each sole about its two axes: sigma, drawn once
+  double sole_height_mm = 0;  // of each sole, thicker or thinner: sigma, drawn once
 
   /// A body as in its drawing: no delay, play, noise or spread; friction 0.8, air at 25 degrees.
   static BodyErrors none();

@@ -15,10 +15,10 @@ void ContourFinder::declare(rt::Declaration& d) {
   d.param("fy_px", lens_.fy_px, {.unit = "px", .min = 0, .max = 1e5});
   d.param("cx_px", lens_.cx_px, {.unit = "px", .min = 0, .max = 1e5});
   d.param("cy_px", lens_.cy_px, {.unit = "px", .min = 0, .max = 1e5});
-  d.param("k1", lens_.k1, {.min = -10, .max = 10});
-  d.param("k2", lens_.k2, {.min = -10, .max = 10});
-  d.param("p1", lens_.p1, {.min = -1, .max = 1});
-  d.param("p2", lens_.p2, {.min = -1, .max = 1});
+  d.param("k1", lens_.bends.k1, {.min = -10, .max = 10});
+  d.param("k2", lens_.bends.k2, {.min = -10, .max = 10});
+  d.param("p1", lens_.bends.p1, {.min = -1, .max = 1});
+  d.param("p2", lens_.bends.p2, {.min = -1, .max = 1});
   d.param("small_width_px", small_width_px_, {.unit = "px", .min = 16, .max = 1280});
   d.param("threshold_grey", threshold_grey_, {.min = 0, .max = 255, .doc = "0: chosen by Otsu's method"});
 }
@@ -61,12 +61,9 @@ void ContourFinder::make_maps(const cv::Size& size) {
   const Lens& c = lens_;
   for (int v = 0; v < size.height; ++v)
     for (int u = 0; u < size.width; ++u) {
-      const double x = (u - c.cx_px) / c.fx_px, y = (v - c.cy_px) / c.fy_px, r2 = x * x + y * y;
-      const double radial = 1 + r2 * (c.k1 + r2 * c.k2);
-      const double xd = x * radial + 2 * c.p1 * x * y + c.p2 * (r2 + 2 * x * x);
-      const double yd = y * radial + c.p1 * (r2 + 2 * y * y) + 2 * c.p2 * x * y;
-      map_x_.at<float>(v, u) = static_cast<float>(xd * c.fx_px + c.cx_px);
-      map_y_.at<float>(v, u) = static_cast<float>(yd * c.fy_px + c.cy_px);
+      const auto at = c.bends.distorted((u - c.cx_px) / c.fx_px, (v - c.cy_px) / c.fy_px);
+      map_x_.at<float>(v, u) = static_cast<float>(at.x * c.fx_px + c.cx_px);
+      map_y_.at<float>(v, u) = static_cast<float>(at.y * c.fy_px + c.cy_px);
     }
 }
 

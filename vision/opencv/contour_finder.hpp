@@ -2,6 +2,7 @@
 #include <opencv2/core.hpp>
 #include <vector>
 
+#include "math/lens.hpp"
 #include "msg/image.hpp"
 #include "rt/module.hpp"
 
@@ -42,11 +43,9 @@ class ContourFinder final : public rt::Module {
   rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
-  /// Radial and tangential distortion.
-  /// Source:  D. Brown, "Close-range camera calibration", 1971; the names of OpenCV and Kalibr.
   struct Lens {
     double fx_px = 0, fy_px = 0, cx_px = 0, cy_px = 0;  // fx 0: no distortion is taken out
-    double k1 = 0, k2 = 0, p1 = 0, p2 = 0;
+    math::LensDistortion bends{};
     bool operator==(const Lens&) const = default;
   };
   rt::StepStatus work(const msg::Image& image);

@@ -33,12 +33,15 @@ bool same_bits(const std::array<double, kMostJoints>& a, const std::array<double
 
 class SoccerRobotSide final : public SimRobot, public PlantJoints {
  public:
-  SoccerRobotSide(const SoccerRobot& given, Pitch& pitch, const Game* game, std::size_t number, std::uint64_t seed)
+  SoccerRobotSide(const SoccerRobot& given, Pitch& pitch, const Game* game, std::size_t number, bool has_board,
+                  std::uint64_t seed)
       : pitch_(pitch),
         game_(game),
         number_(number),
         limbs_(kinematics::Limbs::of(pitch.body(number))),
         push_ns_(given.push_ns),
+        focal_per_height_(given.body.focal_per_height),
+        has_board_(has_board),
         battery_({}, seed) {
     for (const kinematics::Place& place : pitch.body(number).places)
       if (place.name.starts_with("camera")) cameras_.push_back(place);
@@ -122,7 +125,11 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     t.landed = truth.foot_n[0] > 0 && truth.foot_n[1] > 0;
     return t;
   }
-  Scene scene(std::size_t camera) const override { return pitch_scene(pitch_, number_, camera); }
+  Scene scene(std::size_t camera) const override {
+    Scene scene = pitch_scene(pitch_, number_, camera);
+    scene.camera.focal_per_height = focal_per_height_;
+    return scene;
+  }
   bool still() const override {
     const BodyTruth& truth = pitch_.truth(number_);
     return !driven() && math::norm(truth.v_world_mps) < 0.02 && math::norm(truth.gyro_radps) < 0.1;
@@ -142,6 +149,11 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     j.number("ball_x_m", pitch_.ball().p_m.x);
     j.number("ball_y_m", pitch_.ball().p_m.y);
     ball_score_.add_to(j);
+    // What a calibration has to find.
+    const kinematics::Body& body = pitch_.body(number_);
+    for (std::size_t joint = 0; joint < count(); ++joint)
+      if (const double zero = pitch_.joint_zero_rad(number_, joint); zero != 0)
+        j.number(("zero_deg_" + body.links[joint + 1].name).c_str(), zero * 180 / math::kPi);
     j.number("command_delay_ms", 1e-6 * static_cast<double>(pitch_.command_delay_ns(number_)));
     j.integer("physics_warnings", pitch_.trouble());
     j.boolean("at_rest", still());
@@ -152,6 +164,11 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     Verdict verdict = score_.verdict(pitch_.truth(number_), ball_score_.touched());
     if (ball_score_.touched())
       verdict.measures.push_back({"ball_left_mps", "ball left with", "m/s", ball_score_.left_mps()});
+    if (has_board_) {  // it need not have walked
+      const BodyTruth& truth = pitch_.truth(number_);
+      verdict.good = verdict.begun && score_.falls() == 0 && !truth.fallen && !truth.body_down;
+      verdict.outcome = verdict.good ? "stood before the board" : "did not stay on its feet";
+    }
     if (!game_) return verdict;
     const msg::RefereeState said = game_->said_to(number_);
     verdict.measures.push_back({"own_goals", "goals of its team", "", static_cast<double>(said.own_goals)});
@@ -167,7 +184,11 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
   JointMotion motion(std::size_t joint) const override {
     const BodyTruth& truth = pitch_.truth(number_);
     const JointReading& reading = pitch_.sensors(number_).joint[joint];
-    JointMotion m{truth.joint_rad[joint], truth.joint_radps[joint], reading.effort_nm, reading.temperature_c, {}};
+    JointMotion m{truth.joint_rad[joint] + pitch_.joint_zero_rad(number_, joint),
+                  truth.joint_radps[joint],
+                  reading.effort_nm,
+                  reading.temperature_c,
+                  {}};
     if (taken_[joint]) {
       m.drive = *taken_[joint];
     } else if (math::is_finite(commanded_[joint])) {
@@ -226,6 +247,8 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
   const std::size_t number_;
   const kinematics::Limbs limbs_;
   const math::Vec3 push_ns_;
+  const double focal_per_height_;
+  const bool has_board_;
   std::vector<kinematics::Place> cameras_;
   std::array<double, kMostJoints> target_{}, commanded_{};
   std::vector<std::optional<JointDrive>> taken_;  // by drives at the wire
@@ -267,6 +290,11 @@ PitchOptions pitch_options_of(const WorldInfo& info, const WorldValues& values) 
   options.ground = GroundErrors::from(values);
   options.ball_at.x_m = info.value(values, "ball_x_m").value();
   options.ball_at.y_m = info.value(values, "ball_y_m").value();
+  const auto value = [&](const char* key) { return info.value(values, key).value(); };
+  options.board = {value("board_square_mm") / 1000, value("board_x_m"), value("board_y_m"),
+                   value("board_heading_deg") * math::kPi / 180, value("board_lean_deg") * math::kPi / 180};
+  options.focal_per_height = value("camera_focal");
+  options.lens.k1 = value("camera_k1"), options.lens.k2 = value("camera_k2");
   return options;
 }
 
@@ -281,6 +309,7 @@ std::vector<SoccerRobot> soccer_robots_of(const WorldChoice& choice) {
     if (const kinematics::Body* body = choice.body_of(i)) robot.body.body = *body;
     robot.body.gain_per_rad = value("servo_gain_per_rad");
     robot.body.errors = BodyErrors::from(values);
+    robot.body.focal_per_height = value("camera_focal");
     robot.body.team = static_cast<std::uint8_t>(value("team"));
     PitchPlace& start = robot.body.start;
     start.x_m = info.value(values, "start_x_m").value_or(i < 4 ? -1 : 1);
@@ -311,8 +340,9 @@ hal::Result<std::unique_ptr<SoccerWorld>> SoccerWorld::create(const WorldChoice&
     impl->game.emplace(Game::rules_of(choice.type->info, choice.values), teams);
   }
   for (std::size_t i = 0; i < robots.size(); ++i)
-    impl->robots.push_back(std::make_unique<SoccerRobotSide>(
-        robots[i], *impl->pitch, impl->game ? &*impl->game : nullptr, i, seed_of_robot(seed, i)));
+    impl->robots.push_back(std::make_unique<SoccerRobotSide>(robots[i], *impl->pitch,
+                                                             impl->game ? &*impl->game : nullptr, i,
+                                                             value("board_square_mm") > 0, seed_of_robot(seed, i)));
   return std::unique_ptr<SoccerWorld>(new SoccerWorld(std::move(impl)));
 }
 
