@@ -27,13 +27,29 @@ enum class GamePenalty : std::uint32_t {
   pushing = 4,
   ball_holding = 5,
   picked_up = 6,
+  motion_in_set = 7,
+  game_stuck = 8,  // it did not play the ball while nobody else could
+  substitute = 9,
+  sent_off = 10,
+  by_hand = 11,  // somebody at the field said so, not the referee
+  service = 12,
+  other = 13,
 };
 
-inline constexpr ValueName kGamePenaltyNames[] = {
-    {"none", GamePenalty::none},           {"illegal position", GamePenalty::illegal_position},
-    {"incapable", GamePenalty::incapable}, {"left the field", GamePenalty::left_field},
-    {"pushing", GamePenalty::pushing},     {"ball holding", GamePenalty::ball_holding},
-    {"picked up", GamePenalty::picked_up}};
+inline constexpr ValueName kGamePenaltyNames[] = {{"none", GamePenalty::none},
+                                                  {"illegal position", GamePenalty::illegal_position},
+                                                  {"incapable", GamePenalty::incapable},
+                                                  {"left the field", GamePenalty::left_field},
+                                                  {"pushing", GamePenalty::pushing},
+                                                  {"ball holding", GamePenalty::ball_holding},
+                                                  {"picked up", GamePenalty::picked_up},
+                                                  {"motion in set", GamePenalty::motion_in_set},
+                                                  {"game stuck", GamePenalty::game_stuck},
+                                                  {"substitute", GamePenalty::substitute},
+                                                  {"sent off", GamePenalty::sent_off},
+                                                  {"by hand", GamePenalty::by_hand},
+                                                  {"service", GamePenalty::service},
+                                                  {"other", GamePenalty::other}};
 
 /// The team that may play the ball.
 enum class GameKick : std::uint32_t { any = 0, own = 1, other = 2 };

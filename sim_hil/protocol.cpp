@@ -593,7 +593,7 @@ Status decode(const Header& h, Bytes payload, Sample<msg::RefereeState>& out) no
   s.half = get.u32(), s.own_goals = get.u32(), s.other_goals = get.u32();
   s.team = get.u32(), s.attacks_right = get.u32();
   if (s.phase > msg::GamePhase::finished) return bad("unknown phase of a game", std::int64_t(s.phase));
-  if (s.penalty > msg::GamePenalty::picked_up) return bad("unknown penalty", std::int64_t(s.penalty));
+  if (s.penalty > msg::GamePenalty::other) return bad("unknown penalty", std::int64_t(s.penalty));
   if (s.kick > msg::GameKick::other) return bad("unknown team to kick", std::int64_t(s.kick));
   if (s.team > 1 || s.attacks_right > 1) return bad("team or direction is neither 0 nor 1", s.team);
   if (!std::isfinite(s.left_s) || !std::isfinite(s.penalty_left_s)) return bad("a game's time is no finite number");

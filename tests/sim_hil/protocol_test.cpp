@@ -167,7 +167,7 @@ TEST(SimProtocol, ARefereesWordComesBackAsItWasSentOrIsRefused) {
     return !decode_payload(Type::referee, payload_of(other), back, Time{8});
   };
   EXPECT_TRUE(refused([](msg::RefereeState& s) { s.phase = static_cast<msg::GamePhase>(5); }));
-  EXPECT_TRUE(refused([](msg::RefereeState& s) { s.penalty = static_cast<msg::GamePenalty>(7); }));
+  EXPECT_TRUE(refused([](msg::RefereeState& s) { s.penalty = static_cast<msg::GamePenalty>(14); }));
   EXPECT_TRUE(refused([](msg::RefereeState& s) { s.kick = static_cast<msg::GameKick>(3); }));
   EXPECT_TRUE(refused([](msg::RefereeState& s) { s.team = 2; }));
   EXPECT_TRUE(refused([](msg::RefereeState& s) { s.attacks_right = 2; }));
