@@ -3,6 +3,7 @@
 #include <span>
 
 #include "hal/device.hpp"
+#include "hal/udp_address.hpp"
 #include "msg/radio.hpp"
 
 namespace sinew::hal {
@@ -27,6 +28,11 @@ class Radio : public Sensor<msg::Datagram> {
   /// Errors:  bad_argument: empty, or longer than msg::kMaxDatagramBytes; busy: the system has no room; closed: no
   ///          network just now. A datagram that was not sent is counted in tx_lost; a later call may succeed.
   virtual Status send(std::span<const std::uint8_t> bytes) noexcept = 0;
+  /// The same to one address, for example the sender of a datagram. Errors: also not_supported: this radio has no
+  /// addresses.
+  virtual Status send_to(const UdpAddress& /*to*/, std::span<const std::uint8_t> /*bytes*/) noexcept {
+    return Error{Errc::not_supported, "send to an address"};
+  }
   virtual RadioStats stats() const noexcept = 0;
 };
 

@@ -9,6 +9,7 @@
 #include "drivers/board/published_driver.hpp"
 #include "drivers/board/radio_driver.hpp"
 #include "drivers/chips/chip_drivers.hpp"
+#include "drivers/game/game_controller.hpp"
 #include "drivers/joints/can_servos.hpp"
 #include "drivers/serial/serial_drivers.hpp"
 #include "drivers/text/text_drivers.hpp"
@@ -25,6 +26,7 @@ std::span<const DriverKind> all_drivers() {
     list.push_back({"can_servos", "actuators, joints", read_can_servos});
     list.push_back({"serial_servos", "actuators, joints", read_serial_servos});
     list.push_back({"joints_of", "joints", read_joints_of});
+    list.push_back(game_controller_driver());
     list.push_back(published_driver());
     return list;
   }();

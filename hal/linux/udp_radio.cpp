@@ -44,6 +44,8 @@ Status set_option(int socket, int level, int name, const T& value, const char* w
 int udp_socket() noexcept { return socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0); }
 
 std::string words_against(const RadioSpec& spec) {
+  if (spec.listens)
+    return !spec.peers.empty() ? "a radio that listens has no peers" : spec.port == 0 ? "port is from 1 to 65535" : "";
   if (spec.peers.empty()) {
     if (!spec.group.is_multicast() || spec.group.port == 0)
       return to_text(spec.group) + " is no group: an address from 224.0.0.0 to 239.255.255.255, and a port";
@@ -78,7 +80,7 @@ int network_socket() noexcept {
 
 UdpRadio::UdpRadio(const RadioSpec& spec, Os& os)
     : spec_(spec), os_(os), batch_(os, kRadioBatch, msg::kMaxDatagramBytes) {
-  if (spec.peers.empty()) to_.push_back(in_kernels_words(spec.group));
+  if (has_group()) to_.push_back(in_kernels_words(spec.group));
   for (const UdpAddress& peer : spec.peers) to_.push_back(in_kernels_words(peer));
 }
 
@@ -86,7 +88,7 @@ Result<std::unique_ptr<Radio>> UdpRadio::open(const RadioSpec& spec, Os& os, std
   why = words_against(spec);
   if (!why.empty()) return Error{Errc::bad_argument, "radio"};
   std::unique_ptr<UdpRadio> radio(new UdpRadio(spec, os));
-  const Status opened = spec.peers.empty() ? radio->open_group() : radio->open_port();
+  const Status opened = radio->has_group() ? radio->open_group() : radio->open_port();
   if (!opened) {
     const auto error = static_cast<int>(opened.error().detail);
     why = radio->titled(std::string(opened.error().where) + ": " + errno_text(error));
@@ -149,6 +151,10 @@ Status UdpRadio::open_port() {
   in_ = out_ = udp_socket(), stop_ = eventfd(0, EFD_CLOEXEC);
   if (in_ < 0 || stop_ < 0) return failed("socket");
   if (auto ok = UdpBatch::prepare(in_, kSocketBytes / 2); !ok) return ok;
+  const int on = 1;
+  if (auto ok = set_option(in_, SOL_SOCKET, SO_BROADCAST, on, "SO_BROADCAST"); !ok) return ok;
+  if (spec_.listens)
+    if (auto ok = set_option(in_, SOL_SOCKET, SO_REUSEADDR, on, "SO_REUSEADDR"); !ok) return ok;
   const sockaddr_in own = in_kernels_words({INADDR_ANY, spec_.port});
   if (bind(in_, reinterpret_cast<const sockaddr*>(&own), sizeof own) != 0) return failed("bind");
   own_port_ = spec_.port;
@@ -172,9 +178,21 @@ Status UdpRadio::not_sent(Errc code, const char* where, int error) noexcept {
 Status UdpRadio::send(std::span<const std::uint8_t> bytes) noexcept {
   if (bytes.empty() || bytes.size() > msg::kMaxDatagramBytes) return Error{Errc::bad_argument, "a datagram's size"};
   if (!online_.load(std::memory_order_relaxed)) return not_sent(Errc::closed, "no network", 0);
+  if (spec_.listens) return Error{Errc::not_supported, "a radio that listens sends to addresses only"};
+  return send_to(to_, bytes);
+}
+
+Status UdpRadio::send_to(const UdpAddress& to, std::span<const std::uint8_t> bytes) noexcept {
+  if (bytes.empty() || bytes.size() > msg::kMaxDatagramBytes) return Error{Errc::bad_argument, "a datagram's size"};
+  if (!online_.load(std::memory_order_relaxed)) return not_sent(Errc::closed, "no network", 0);
+  const sockaddr_in address = in_kernels_words(to);
+  return send_to({&address, 1}, bytes);
+}
+
+Status UdpRadio::send_to(std::span<const sockaddr_in> all, std::span<const std::uint8_t> bytes) noexcept {
   Status result;
   int worst = 0;
-  for (const sockaddr_in& to : to_) {
+  for (const sockaddr_in& to : all) {
     const ssize_t n = sendto(out_, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL,
                              reinterpret_cast<const sockaddr*>(&to), sizeof to);
     if (n >= 0) {
@@ -199,7 +217,7 @@ RadioStats UdpRadio::stats() const noexcept {
 }
 
 std::string UdpRadio::titled(const std::string& what) const {
-  return (spec_.peers.empty() ? "group " + to_text(spec_.group) : "UDP port " + std::to_string(spec_.port)) + ": " +
+  return (has_group() ? "group " + to_text(spec_.group) : "UDP port " + std::to_string(spec_.port)) + ": " +
          what;
 }
 
@@ -349,7 +367,7 @@ const UdpRadio::Link* UdpRadio::choose(const std::vector<Link>& links, std::stri
 void UdpRadio::look_at_network() noexcept {
   const std::vector<Link> all = links();
   note_own(all);
-  if (!spec_.peers.empty()) {
+  if (!has_group()) {
     online_.store(true, std::memory_order_relaxed);  // the kernel knows for each peer whether there is a way
     return;
   }

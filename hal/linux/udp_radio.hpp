@@ -40,6 +40,7 @@ class UdpRadio final : public Radio, public SelfReport {
   Time ready_at() const noexcept override { return ring_.size() > 0 ? Time{} : kNever; }
   void set_wake(Wake* wake) noexcept override { wake_.change(wake); }
   Status send(std::span<const std::uint8_t> bytes) noexcept override;
+  Status send_to(const UdpAddress& to, std::span<const std::uint8_t> bytes) noexcept override;
   RadioStats stats() const noexcept override;
 
   std::string trouble() const override;
@@ -77,6 +78,8 @@ class UdpRadio final : public Radio, public SelfReport {
   bool join(int index, std::uint32_t source) noexcept;
   void leave() noexcept;
   bool is_own(const UdpPacket& packet) const noexcept;
+  bool has_group() const { return spec_.peers.empty() && !spec_.listens; }
+  Status send_to(std::span<const sockaddr_in> all, std::span<const std::uint8_t> bytes) noexcept;
   Status not_sent(Errc code, const char* where, int error) noexcept;
   std::string titled(const std::string& what) const;
   static std::vector<Link> links();

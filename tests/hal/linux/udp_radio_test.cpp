@@ -262,6 +262,29 @@ TEST_F(UdpRadioTest, PeersHearEachOtherWithoutAGroup) {
   EXPECT_THAT(why, HasSubstr("UDP port " + std::to_string(one.port) + ": another program has this port"));
 }
 
+TEST_F(UdpRadioTest, ListenersOfOneMachineHearABroadcastAndAnswerItsSender) {
+  const std::uint16_t port = free_port(), answers = free_port();
+  RadioSpec listener, caller;
+  listener.listens = true, listener.port = port;
+  caller.peers = {{0x7FFFFFFF, port}}, caller.port = answers;  // 127.255.255.255
+  const auto a = opened(listener), b = opened(listener), far = opened(caller);
+  ASSERT_TRUE(a && b && far);
+  ASSERT_TRUE(far->send(text("to all")));
+  msg::Datagram out;
+  for (Radio* radio : {a.get(), b.get()}) {
+    ASSERT_TRUE(next(*radio, out));
+    EXPECT_EQ(bytes_of(out), text("to all"));
+    EXPECT_EQ(out.port, answers);
+    ASSERT_TRUE(radio->send_to({out.sender, static_cast<std::uint16_t>(out.port)}, text("heard")));
+    ASSERT_TRUE(next(*far, out));
+    EXPECT_EQ(bytes_of(out), text("heard"));
+    EXPECT_EQ(out.port, port);
+    const Status to_all = radio->send(text("to whom?"));
+    ASSERT_FALSE(to_all);
+    EXPECT_EQ(to_all.error().code, Errc::not_supported);
+  }
+}
+
 TEST_F(UdpRadioTest, SpecsThatCannotBeAreRefusedInWords) {
   const auto refused = [](const RadioSpec& s) {
     std::string why;
@@ -279,6 +302,10 @@ TEST_F(UdpRadioTest, SpecsThatCannotBeAreRefusedInWords) {
   EXPECT_THAT(refused(s), HasSubstr("longer than an interface's name"));
   s = {}, s.peers = {{0xEF480101, 4580}};
   EXPECT_EQ(refused(s), "239.72.1.1:4580 is no peer's address");
+  s = {}, s.listens = true, s.port = 0;
+  EXPECT_EQ(refused(s), "port is from 1 to 65535");
+  s.port = 4580, s.peers = {{0x7F000001, 4580}};
+  EXPECT_EQ(refused(s), "a radio that listens has no peers");
 }
 
 // ---- networks that come and go
