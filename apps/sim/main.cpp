@@ -137,6 +137,9 @@ int serve(plant::SimulatorOptions& s) {
   if (!plant::open_wire(s, os, wire)) return 1;
   if (s.alone) return run_alone(s, os, wire);
   if (s.wire.any()) s.session.wire = &wire;
+  plant::GameSender game;
+  if (!plant::open_game(s.game, s.session.world.robot_count(), os, game)) return 1;
+  s.session.game = game.feed.get();
   auto listener = hal::listen_stream(s.listen);
   if (!listener) return fail("cannot listen on " + s.listen, listener.error());
   // The listener first: a stop line does not wait for pixels.
@@ -166,6 +169,7 @@ int serve(plant::SimulatorOptions& s) {
         print(session.report(i));
         broken = broken || session.report(i).broken;
       }
+      if (game.feed) std::printf("%s\n", game.feed->text().c_str());
       return write_reports(s.reports, last_report(session)) && !broken ? 0 : 1;
     }
     // A runtime asked for another mode, or left before the start, as one that only looks for its plant: wait for the

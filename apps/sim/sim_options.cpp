@@ -186,6 +186,7 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robo
                "print every kind of fault for every device, and why some are not possible");
   s.wire.describe(app);
   s.usarsim.describe(app);
+  s.game.describe(app);
   app.add_flag(
       "--alone", s.alone,
       "real time: no runtime connects; the world begins at once, with its devices at the wire, until --duration "
@@ -213,8 +214,9 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robo
 
 /// The same with --serve usarsim: its clients bring the robots, and nothing of the own protocol is there.
 std::string useless_in_usarsim(const CLI::App& app) {
-  for (const char* option : {"--robot", "--lockstep", "--free", "--wait", "--relink", "--alone", "--can", "--serial",
-                             "--servo", "--iio", "--v4l2", "--fault", "--list-faults", "--priority", "--format"})
+  for (const char* option :
+       {"--robot", "--lockstep", "--free", "--wait", "--relink", "--alone", "--can", "--serial", "--servo", "--iio",
+        "--v4l2", "--fault", "--list-faults", "--priority", "--format", "--gamecontroller"})
     if (app.count(option) > 0) return fmt::format("{}: not with --serve usarsim", option);
   return "";
 }
@@ -237,6 +239,7 @@ std::string useless(const CLI::App& app, const SimulatorOptions& s) {
       {"--serial", !lockstep, "in real time only, not with --lockstep"},
       {"--iio", !lockstep, "in real time only, not with --lockstep"},
       {"--v4l2", !lockstep, "in real time only, not with --lockstep"},
+      {"--gamecontroller", !s.alone, "only for a world with runtimes, not with --alone"},
   };
   if (s.serve == "usarsim") return useless_in_usarsim(app);
   if (const char* option = UsarsimOptions::given(app)) return fmt::format("{}: only with --serve usarsim", option);
@@ -390,6 +393,7 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
   if (const auto& painter = s.session.world.type->painter)
     s.view.painter = [&] { return painter(s.view.width, s.view.height, s.session.world); };
   if (wrong.empty()) wrong = useless(app, s);
+  if (wrong.empty()) wrong = s.game.read(app, s.session.world);
   if (wrong.empty()) wrong = read_servos(s);
   if (wrong.empty()) wrong = read_faults(s, faults);
   if (wrong.empty()) return true;

@@ -2,6 +2,7 @@
 #include <string>
 #include <vector>
 
+#include "apps/sim/game_options.hpp"
 #include "apps/sim/usarsim_options.hpp"
 #include "apps/sim/wire_options.hpp"
 #include "sim_hil/plant/session.hpp"
@@ -20,6 +21,7 @@ struct SimulatorOptions {
   SessionOptions session;  // its faults are those of devices on the protocol
   WireOptions wire;
   UsarsimOptions usarsim;
+  GameOptions game;
   std::vector<WireServo> servos;    // of wire.servos
   std::vector<WireLineSpec> lines;  // of wire.serial
   std::vector<Fault> wire_faults;   // those that the drives at the wire play

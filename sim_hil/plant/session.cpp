@@ -191,6 +191,7 @@ void Session::advance_one_ms() {
   for (int i = 0; i < kImuSteps; ++i) {
     step();
     if (options_.wire) options_.wire->step(*world_, world_->robot(0).due(), host_zero_ + (world_->now() - Time{0}));
+    if (options_.game) options_.game->step(*world_);
     for (const auto& robot : robots_) robot->send_due();
   }
   physics_.plant_s = msg::seconds(world_->now());

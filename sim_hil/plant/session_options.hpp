@@ -1,6 +1,7 @@
 #pragma once
 #include <optional>
 
+#include "sim_hil/plant/game_feed.hpp"
 #include "sim_hil/plant/wire_devices.hpp"
 #include "sim_hil/protocol.hpp"
 #include "sim_hil/worlds/world.hpp"
@@ -18,6 +19,7 @@ struct SessionOptions {
   double relink_s = 5;                // free-running, by a listener: how long the world waits for another runtime
   int fifo_priority = 85;             // of the physics thread, free-running: above the robot's threads, like a device
   WireDevices* wire = nullptr;        // parts of the world at the wire, besides; free-running, one robot. Not owned
+  GameFeed* game = nullptr;           // what the world's referee says, as packets of a game controller. Not owned
 };
 
 }  // namespace sinew::plant

@@ -15,6 +15,7 @@ import unittest
 
 SINEW_SIM = sys.argv[1]
 PATIENCE_S = 30
+BODY = pathlib.Path(__file__).resolve().parents[3] / "robots/kid/op3.toml"
 HEAD = ["--world", "desk_head"]
 TWO = ["--can", "udp:7", "--servo", "cia402:1", "--servo", "cia402:2"]
 
@@ -75,6 +76,22 @@ class Refusals(unittest.TestCase):
                       self.refused(*HEAD, "--lockstep", "--serial", "x", "--servo", "xm430_w350:1", "--servo", "none"))
         self.assertIn("--iio: in real time only", self.refused("--lockstep", "--iio", "/nonexistent"))
         self.assertIn("--v4l2: in real time only", self.refused("--lockstep", "--v4l2", "/nonexistent"))
+
+    def test_a_game_controller_has_a_referee_and_two_teams(self):
+        to = ["--gamecontroller", "127.0.0.1:3838"]
+        field = ["--world", "soccer", "--body", str(BODY)]
+        self.assertIn("--gamecontroller: the world quad has no referee", self.refused(*to))
+        self.assertIn("the world soccer has no referee; --referee 1 gives it one", self.refused(*field, *to))
+        game = [*field, "--referee", "1"]
+        for wrong in ("robot:3838", "127.0.0.1", "239.72.1.1:3838", "127.0.0.1:0"):
+            self.assertIn(f"--gamecontroller: '{wrong}': an address and a port, 127.0.0.1:3838",
+                          self.refused(*game, "--gamecontroller", wrong))
+        for wrong in ("1", "1,1", "0,2", "1,255", "1,2,3", "blue,red"):
+            self.assertIn(f"--gamecontroller-teams: '{wrong}': two different numbers from 1 to 254",
+                          self.refused(*game, *to, "--gamecontroller-teams", wrong))
+        self.assertIn("--gamecontroller-teams: only with --gamecontroller", self.refused("--gamecontroller-teams", "1,2"))
+        self.assertIn("--gamecontroller-version", self.refused(*game, *to, "--gamecontroller-version", "15"))
+        self.assertIn("--gamecontroller-answers", self.refused(*game, *to, "--gamecontroller-answers", "65536"))
 
     def test_a_world_alone_waits_for_nobody_and_has_something_to_show(self):
         for option in (["--listen", "unix:x.sock"], ["--wait", "3"], ["--relink", "3"], ["--free"], ["--lockstep"]):
