@@ -5,6 +5,7 @@ usage: kid_test.py SINEW SOURCE [unittest arguments]
 import json
 import math
 import os
+import socket
 import subprocess
 import sys
 import tempfile
@@ -205,6 +206,30 @@ class Game(unittest.TestCase):
         self.assertEqual(measures(summary)["penalties"], 1)
         self.assertGreater(plant["walked_m"], 0.3)
         self.assertTrue(plant["on_its_feet"], plant)
+
+    def test_the_worlds_referee_speaks_as_a_game_controller(self):
+        receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(receiver.close)
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(1)
+        other = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        other.bind(("127.0.0.1", 0))
+        answers = other.getsockname()[1]
+        other.close()
+        arguments = (f"--gamecontroller=127.0.0.1:{receiver.getsockname()[1]}", "--gamecontroller-teams=12,34",
+                     f"--gamecontroller-answers={answers}")
+        _, summary = run(self.folder, *SOON, "--duration", "6", *(f"--plant-arg={a}" for a in arguments), robot=BLUE)
+        self.assertEqual(summary["report"]["game"]["state"], "playing")
+        packets = []
+        for _ in range(12):  # two a second of the world's time
+            packets.append(receiver.recv(1000))
+        self.assertEqual({len(p) for p in packets}, {198})
+        self.assertEqual({p[:5] for p in packets}, {b"RGme\x13"})
+        states = [p[10] for p in packets]
+        self.assertEqual((states[0], states[4], states[-1]), (1, 2, 3), "ready, set, playing")
+        self.assertEqual(states, sorted(states))
+        self.assertEqual({(p[18], p[108]) for p in packets}, {(12, 34)}, "blue defends the left goal")
+        self.assertEqual(packets[-1][13], 12, "which has the kick-off")
 
     def test_two_robots_of_two_teams_hear_of_a_goal(self):
         env = dict(os.environ, SINEW_RECORD="off", SINEW_RUN_DIR=self.folder, TMPDIR=self.folder)
