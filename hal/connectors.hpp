@@ -105,7 +105,8 @@ struct ImageServerSpec {
 };
 
 /// A radio made of UDP: datagrams to a multicast group, which everyone on the network hears, or to peers one by one
-/// where there is no multicast (also to the broadcast address of a network). Or one that a program beside the robot has.
+/// where there is no multicast (also to the broadcast address of a network). Or one that a program beside the robot
+/// has.
 struct RadioSpec {
   UdpAddress group{0xEF480101, 4580};  // 239.72.1.1: of those that are for local use (RFC 2365)
   /// Of the group. Empty: the one to which the route to the group leads; if there is none the first that is up and has
@@ -114,8 +115,8 @@ struct RadioSpec {
   int ttl = 1;                    // of the group: how many networks a datagram reaches
   std::vector<UdpAddress> peers;  // not empty: datagrams go to each of these, and the group is not used
   std::uint16_t port = 4580;      // with peers: where this radio listens, and sends from; with `listens`, too
-  /// Neither group nor peers: whatever comes in at `port` is heard, broadcasts also where other programs of this machine
-  /// listen there. Only Radio::send_to() sends.
+  /// Neither group nor peers: whatever comes in at `port` is heard, broadcasts also where other programs of this
+  /// machine listen there. Only Radio::send_to() sends.
   bool listens = false;
   /// Not empty: nothing of the above, but the program `sinew net` of the robot with this name, which has DDS.
   std::string net{};

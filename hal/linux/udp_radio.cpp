@@ -217,8 +217,7 @@ RadioStats UdpRadio::stats() const noexcept {
 }
 
 std::string UdpRadio::titled(const std::string& what) const {
-  return (has_group() ? "group " + to_text(spec_.group) : "UDP port " + std::to_string(spec_.port)) + ": " +
-         what;
+  return (has_group() ? "group " + to_text(spec_.group) : "UDP port " + std::to_string(spec_.port)) + ": " + what;
 }
 
 std::string UdpRadio::trouble() const {
