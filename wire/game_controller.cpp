@@ -350,7 +350,7 @@ const char* read_game_answer(std::span<const std::uint8_t> bytes, GameAnswer& ou
   if (version == kAnswerHumanoid) {
     out.team = get.u8(), out.player = get.u8();
     const std::uint8_t word = get.u8();
-    if (word > 2) return "an unknown word";
+    if (word > 4) return "an unknown word";
     out.word = static_cast<GameAnswer::Word>(word);
   } else {
     out.player = get.u8(), out.team = get.u8();
@@ -369,7 +369,7 @@ const char* read_game_answer(std::span<const std::uint8_t> bytes, GameAnswer& ou
 std::size_t write_game_answer(const GameAnswer& answer, std::span<std::uint8_t> out) noexcept {
   const bool humanoid = answer.layout == GameLayout::humanoid;
   if (out.size() < (humanoid ? 8u : 32u) || answer.player == 0 || answer.player > most_players(answer.layout) ||
-      answer.word > GameAnswer::Word::alive || !finite(answer))
+      answer.word > GameAnswer::Word::ready_after_interruption || !finite(answer))
     return 0;
   GameSink put(out);
   put.word(kAnswerWord);

@@ -97,7 +97,13 @@ bool said_by_packet(const GamePacket& packet, std::uint8_t team, std::uint8_t pl
 
 /// What a robot says back.
 struct GameAnswer {
-  enum class Word : std::uint8_t { penalised_by_hand = 0, unpenalised_by_hand = 1, alive = 2 };
+  enum class Word : std::uint8_t {
+    penalised_by_hand = 0,
+    unpenalised_by_hand = 1,
+    alive = 2,
+    is_goalkeeper = 3,
+    ready_after_interruption = 4,
+  };
   GameLayout layout = GameLayout::humanoid_soccer;  // of the packet that it answers
   std::uint8_t team = 0, player = 0;                // 1 to most_players()
   Word word = Word::alive;                          // version 2: only there; 4 is always `alive`

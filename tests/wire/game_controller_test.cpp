@@ -239,6 +239,8 @@ TEST(GameController, AnswersAreThoseOfThePacketsVersion) {
   GameAnswer a;
   a.layout = GameLayout::humanoid, a.team = 12, a.player = 3, a.word = GameAnswer::Word::unpenalised_by_hand;
   EXPECT_EQ(written(a), (Bytes{'R', 'G', 'r', 't', 2, 12, 3, 1}));
+  a.word = GameAnswer::Word::is_goalkeeper;
+  EXPECT_EQ(written(a).back(), 3);
   a.layout = GameLayout::humanoid_soccer, a.word = GameAnswer::Word::alive;
   a.fallen = true, a.position_mm = {1, -2}, a.ball_mm = {0.5f, 0};
   const Bytes bytes = written(a);
@@ -260,7 +262,7 @@ TEST(GameController, WhatIsNoAnswerIsNamed) {
   EXPECT_EQ(why_no_answer(changed(good, 5, 21)), "a number that no player has");
   EXPECT_EQ(why_no_answer(changed(good, 7, 2)), "neither fallen nor not");
   EXPECT_EQ(why_no_answer(changed(changed(good, 11, 0x7F), 10, 0xC0)), "a place that is no finite number");
-  EXPECT_EQ(why_no_answer({'R', 'G', 'r', 't', 2, 12, 3, 3}), "an unknown word");
+  EXPECT_EQ(why_no_answer({'R', 'G', 'r', 't', 2, 12, 3, 5}), "an unknown word");
   a.player = 0;
   EXPECT_TRUE(written(a).empty());
   a.player = 3, a.heading_rad = std::numeric_limits<float>::infinity();
