@@ -14,7 +14,8 @@ using msg::SoccerRole;
 constexpr double kBall_m = 0.07, kLooksDown_rad = 0.35, kSweep_rad = 1.2, kSweep_s = 3;
 constexpr double kGlance_s = 0.9, kGlanceEach_s = 2.6;  // away from a ball that is not near
 constexpr double kNearBall_m = 0.6;
-constexpr double kBallRadius_m = 0.12;  // that is not to be touched on the way round it
+constexpr double kPost_m = 0.05, kNet_m = 0.3;  // a post, and how far behind it the net is kept off, too
+constexpr double kBallRadius_m = 0.12;          // that is not to be touched on the way round it
 
 double ball_m(const PlayBoard& b) { return length_m(b.ball); }
 bool sees_ball(const PlayBoard& b) { return b.ball_age_s < b.options->ball_old_s && !b.ball_gone; }
@@ -48,9 +49,13 @@ void look(PlayBoard& b) { sees_ball(b) ? look_at_ball(b) : sweep(b); }
 void stand(PlayBoard& b) { b.walk = {}; }
 
 void go_to(PlayBoard& b, const FieldAt& place, bool round_ball) {
-  std::array<Round, 13> rounds;
+  std::array<Round, 13 + 8> rounds;
   std::size_t n = 0;
   for (; n < b.others_n; ++n) rounds[n] = b.others[n];
+  if (b.found)
+    for (const FieldPoint& post : b.field->posts())
+      for (const double behind_m : {0.0, kNet_m})
+        rounds[n++] = {b.self.in(post.x_m + math::copysign(behind_m, post.x_m), post.y_m), kPost_m};
   if (round_ball && sees_ball(b)) rounds[n++] = {b.ball, kBallRadius_m - b.options->walk.margin_m + 0.1};
   b.walk = walk_to(b.self.way_to(place), std::span(rounds).first(n), b.options->walk);
 }
@@ -172,9 +177,11 @@ void add_play(behaviour::Tree<PlayBoard>& tree) {
 
 void add_striker(behaviour::Tree<PlayBoard>& tree) {
   auto& striker = tree.option("striker");
+  static constexpr auto no_ball = [](const PlayBoard& b, Look& look) {
+    return look("ball_age_s", std::min(b.ball_age_s, 999.0)) > b.options->ball_old_s || look("ball_gone", b.ball_gone);
+  };
   static constexpr auto lost = [](const PlayBoard& b, Look& look) {
-    return look("ball_age_s", std::min(b.ball_age_s, 999.0)) > b.options->ball_old_s ||
-           look("ball_gone", b.ball_gone) || !look("found", b.found);
+    return no_ball(b, look) || !look("found", b.found);
   };
   striker.state("search").calls("search").to("approach", "sees_ball",
                                              [](const PlayBoard& b, Look& look) { return !lost(b, look); });
@@ -196,7 +203,7 @@ void add_striker(behaviour::Tree<PlayBoard>& tree) {
         choose(b);
         go_to(b, b.chosen.from, false);
       })
-      .to("search", "lost_ball", lost)
+      .to("search", "lost_ball", no_ball)
       .to("kick", "at_place",
           [](const PlayBoard& b, Look& look) { return at_place(b, look, b.chosen.from, b.options->near_place_m); })
       .to("approach", "ball_moved", [](const PlayBoard& b, Look& look) {
