@@ -13,6 +13,7 @@ using msg::SoccerRole;
 
 constexpr double kBall_m = 0.07, kLooksDown_rad = 0.35, kSweep_rad = 1.2, kSweep_s = 3;
 constexpr double kGlance_s = 0.9, kGlanceEach_s = 2.6;  // away from a ball that is not near
+constexpr double kFollow_mps = 0.1, kFollow_s = 0.8;
 constexpr double kNearBall_m = 0.6;
 constexpr double kPost_m = 0.05, kNet_m = 0.3;  // a post, and how far behind it the net is kept off, too
 constexpr double kBallRadius_m = 0.12;          // that is not to be touched on the way round it
@@ -217,11 +218,18 @@ void add_striker(behaviour::Tree<PlayBoard>& tree) {
         look_at_ball(b);
         if (here.in_state_s == 0) ask_for_kick(b);
       })
-      .to("search", "done",
+      .to("follow", "done",
           [](const PlayBoard& b, Look& look) {
             return look.in_state_s() > 0.2 && (look("kick_done", b.kick_done) || look("kick_failed", b.kick_failed));
           })
-      .to("search", "too_long", [](const PlayBoard&, Look& look) { return look.in_state_s() > 6; });
+      .to("follow", "too_long", [](const PlayBoard&, Look& look) { return look.in_state_s() > 6; });
+  // A body that has just kicked sways: it goes on gently before it turns or goes back.
+  striker.state("follow")
+      .act([](PlayBoard& b, const Here&) {
+        b.walk = {kFollow_mps, 0, 0};
+        look_at_ball(b);
+      })
+      .to("search", "calm", [](const PlayBoard&, Look& look) { return look.in_state_s() > kFollow_s; });
 
   auto& search = tree.option("search");
   search.state("look_around")
