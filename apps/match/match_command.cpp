@@ -65,8 +65,9 @@ void describe(CLI::App& app, MatchCommand& command) {
   app.add_option("--count", o.count, "matches, with the seeds from --seed on (default: 1)")
       ->check(whole(1, 1'000'000))
       ->type_name("M");
-  app.add_option("--set", o.set,
-                 "[WHO/]KEY=VALUE as `run --set` has it; WHO is a, b or a player such as blue1, else all; may be repeated")
+  app.add_option(
+         "--set", o.set,
+         "[WHO/]KEY=VALUE as `run --set` has it; WHO is a, b or a player such as blue1, else all; may be repeated")
       ->allow_extra_args(false)
       ->type_name(kSettingHint);
   app.add_option("--camera", o.camera, "size of the cameras' frames")->type_name("WxH");
@@ -76,6 +77,12 @@ void describe(CLI::App& app, MatchCommand& command) {
   CLI::Option& none = *app.add_flag("--no-record", o.no_record, "no recordings");
   app.add_flag("--record-all", o.record_all, "record the steps of fast threads, too (about 1 GB in 10 min of 2 on 2)")
       ->excludes(&none);
+  app.add_option("--pixels", o.pixels_s,
+                 "FROM,UNTIL: also the pictures of all cameras in this part of the match, s of the world, as files")
+      ->delimiter(',')
+      ->expected(2)
+      ->excludes(&none)
+      ->type_name("FROM,UNTIL");
   app.add_flag("--no-goal-pictures", o.no_goal_pictures, "do not draw the goals");
   app.add_option("--jobs", o.jobs, "matches at a time (default: one for each processor)")
       ->check(whole(0, 4096))
@@ -100,9 +107,8 @@ void add_match_command(CLI::App& app, CommandContext& context) {
   const auto command = std::make_shared<MatchCommand>();
   CLI::App& match = *app.add_subcommand("match", "play soccer matches of two teams in the simulator, and sum them up");
   describe(match, *command);
-  match.callback([&context, command] {
-    context.action = [&types = context.types, command] { return run(*command, types); };
-  });
+  match.callback(
+      [&context, command] { context.action = [&types = context.types, command] { return run(*command, types); }; });
 }
 
 }  // namespace sinew::app

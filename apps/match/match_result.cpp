@@ -98,16 +98,16 @@ std::string to_text(const MatchOptions& options, const MatchResult& result) {
     return fmt::format("{} {} ({})", team == 0 ? "A" : "B", team_name(options, team),
                        colour(a_is_blue(result.seed) == (team == 0) ? 0 : 1));
   };
-  std::string text = fmt::format("{}  {} : {}  {}    {} on {}, {:g} min, seed {}\n", side(0), result.goals[0],
-                                 result.goals[1], side(1), options.robots, options.robots, options.minutes,
-                                 result.seed);
+  std::string text =
+      fmt::format("{}  {} : {}  {}    {} on {}, {:g} min, seed {}\n", side(0), result.goals[0], result.goals[1],
+                  side(1), options.robots, options.robots, options.minutes, result.seed);
   if (!result.finished) text += "not finished: " + result.trouble + "\n";
   for (const Goal& goal : result.goal) {
     const bool known = goal.player >= 0 && static_cast<std::size_t>(goal.player) < result.players.size();
     const PlayerResult* const by = known ? &result.players[static_cast<std::size_t>(goal.player)] : nullptr;
-    text += fmt::format("  {:7.1f} s  goal for {}{}\n", goal.at_s, goal.team == 0 ? "A" : "B",
-                        by ? fmt::format(", {}{}", by->player.name, by->player.team == goal.team ? "" : " (own goal)")
-                           : std::string());
+    text += fmt::format(
+        "  {:7.1f} s  goal for {}{}\n", goal.at_s, goal.team == 0 ? "A" : "B",
+        by ? fmt::format(", {}{}", by->player.name, by->player.team == goal.team ? "" : " (own goal)") : std::string());
   }
   std::vector<std::vector<std::string>> rows{
       {"player", "team", "walked m", "kicks", "at the ball s", "falls", "rises", "longest down s", "penalties"}};
@@ -123,10 +123,10 @@ sweep::CaseResult to_case(const MatchOptions& options, const MatchResult& result
   r.run = "match " + sweep::joined(words_of(options));
   r.code = result.finished ? kDone : kFailed;
   r.good = result.finished;
-  r.outcome = !result.finished                           ? "not finished"
-              : result.goals[0] == result.goals[1]       ? "drawn"
-              : result.goals[0] > result.goals[1]        ? "A won"
-                                                         : "B won";
+  r.outcome = !result.finished                     ? "not finished"
+              : result.goals[0] == result.goals[1] ? "drawn"
+              : result.goals[0] > result.goals[1]  ? "A won"
+                                                   : "B won";
   r.why = result.trouble;
   const auto measure = [&](const std::string& name, double value) { r.measures.push_back({name, value, {}}); };
   measure("goals_a", static_cast<double>(result.goals[0]));
@@ -141,16 +141,17 @@ sweep::CaseResult to_case(const MatchOptions& options, const MatchResult& result
       walked_m += p.walked_m, ball_s += p.ball_s;
     }
     const std::string end = team == 0 ? "_a" : "_b";
-    for (const auto& [name, value] : {std::pair("falls", falls), std::pair("rises", rises), std::pair("kicks", kicks),
-                                      std::pair("penalties", penalties), std::pair("walked_m", walked_m),
-                                      std::pair("ball_s", ball_s)})
+    for (const auto& [name, value] :
+         {std::pair("falls", falls), std::pair("rises", rises), std::pair("kicks", kicks),
+          std::pair("penalties", penalties), std::pair("walked_m", walked_m), std::pair("ball_s", ball_s)})
       measure(name + end, value);
   }
   std::string all;
   for (const PlayerResult& p : result.players) all += p.hash;
   r.hash = fmt::format("{:016x}", math::fnv1a64(all + result.plant.dump()));
   Json goals = Json::array(), players = Json::object();
-  for (const Goal& g : result.goal) goals.push_back({{"at_s", g.at_s}, {"team", g.team == 0 ? "A" : "B"}, {"robot", g.player}});
+  for (const Goal& g : result.goal)
+    goals.push_back({{"at_s", g.at_s}, {"team", g.team == 0 ? "A" : "B"}, {"robot", g.player}});
   for (const PlayerResult& p : result.players)
     players[p.player.name] = {{"team", p.player.team == 0 ? "A" : "B"},
                               {"falls", p.falls},
@@ -161,7 +162,8 @@ sweep::CaseResult to_case(const MatchOptions& options, const MatchResult& result
                               {"ball_s", p.ball_s},
                               {"longest_down_s", p.longest_down_s},
                               {"hash", p.hash}};
-  r.report = {{"a_is_blue", a_is_blue(result.seed)}, {"goals", goals}, {"players", players}, {"plant_s", result.plant_s}};
+  r.report = {
+      {"a_is_blue", a_is_blue(result.seed)}, {"goals", goals}, {"players", players}, {"plant_s", result.plant_s}};
   return r;
 }
 

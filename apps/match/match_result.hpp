@@ -15,27 +15,27 @@ struct PlayerResult {
   Player player;
   std::uint64_t falls = 0, rises = 0, kicks = 0, penalties = 0;
   double walked_m = 0, ball_s = 0, longest_down_s = 0;  // ball_s: so long it was the last one at the ball
-  int exit_code = 0;      // of its process: 0 and 1 are those of a run that went to its end
-  std::string hash{};     // of all that it published
+  int exit_code = 0;   // of its process: 0 and 1 are those of a run that went to its end
+  std::string hash{};  // of all that it published
   std::string recording{};
 };
 
 struct Goal {
-  double at_s = 0;     // of the world
-  unsigned team = 0;   // of MatchOptions::teams
-  int player = -1;     // that touched the ball last; -1: none
+  double at_s = 0;    // of the world
+  unsigned team = 0;  // of MatchOptions::teams
+  int player = -1;    // that touched the ball last; -1: none
 };
 
 struct MatchResult {
   std::uint64_t seed = 0;
-  bool finished = false;            // both halves were played, and no player's process broke down
-  std::string trouble{};            // why it is not
+  bool finished = false;                 // both halves were played, and no player's process broke down
+  std::string trouble{};                 // why it is not
   std::array<std::uint64_t, 2> goals{};  // by team
   std::vector<Goal> goal{};
   std::vector<PlayerResult> players{};
-  std::vector<std::string> log{};   // the referee's
+  std::vector<std::string> log{};  // the referee's
   double plant_s = 0;
-  Json plant{};                     // the simulator's report
+  Json plant{};  // the simulator's report
 };
 
 /// Errors: `trouble`.

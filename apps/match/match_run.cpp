@@ -10,6 +10,7 @@
 
 #include "apps/command/place.hpp"
 #include "apps/robot_file/world_options.hpp"
+#include "apps/run/run_setup.hpp"
 #include "apps/team/team_run.hpp"
 #include "hal/linux/process.hpp"
 #include "hal/linux/temporary_folder.hpp"
@@ -36,20 +37,23 @@ bool write_text(const fs::path& path, const std::string& text) {
   return out || fail(fmt::format("{}: cannot be written", path.string())) == kDone;
 }
 
-/// The robot files of both teams. Nothing, after saying why.
-std::optional<std::array<RobotFile, 2>> load_teams(const MatchOptions& o) {
-  std::array<RobotFile, 2> teams;
-  for (unsigned t = 0; t < 2; ++t) {
-    LoadedRobot loaded = load_robot(o.teams[t]);
-    for (const auto& p : loaded.problems) std::fprintf(stderr, "%s\n", to_string(p, loaded.robot).c_str());
-    if (!loaded.problems.empty()) return std::nullopt;
-    if (const std::string why = why_no_player(loaded.robot); !why.empty()) {
-      fail(fmt::format("{}: {}", o.teams[t], why));
+/// The robots of both teams as their files have them, checked. Nothing, after saying why.
+std::optional<std::array<Prepared, 2>> load_teams(const MatchOptions& o, const rt::ModuleTypes& types) {
+  std::vector<Prepared> teams;
+  for (const std::string& file : o.teams) {
+    RunOptions run;
+    run.robot = file;
+    run.virtual_time = true;
+    run.plant = "auto";
+    auto prepared = prepare(run, types);
+    if (!prepared) return std::nullopt;
+    if (const std::string why = why_no_player(prepared->robot); !why.empty()) {
+      fail(fmt::format("{}: {}", file, why));
       return std::nullopt;
     }
-    teams[t] = std::move(loaded.robot);
+    teams.push_back(std::move(*prepared));
   }
-  return teams;
+  return std::array<Prepared, 2>{std::move(teams[0]), std::move(teams[1])};
 }
 
 /// "a/KEY=VALUE" for all players of A, and so on, as `sinew team` takes it.
@@ -100,16 +104,31 @@ void draw_goals(const fs::path& folder, const MatchResult& result) {
   if (result.goal.empty() || program.empty()) return;
   std::vector<std::string> at_s;
   for (const Goal& goal : result.goal)
-    for (const double before_s : {1.0, 0.5, 0.0}) at_s.push_back(fmt::format("{:.1f}", std::max(0.1, goal.at_s - before_s)));
+    for (const double before_s : {1.0, 0.5, 0.0})
+      at_s.push_back(fmt::format("{:.1f}", std::max(0.1, goal.at_s - before_s)));
   auto child = hal::ChildProcess::start({program, "--redraw", (folder / kScenes).string(), "--png",
                                          (folder / "goals").string(), "--at", fmt::format("{}", fmt::join(at_s, ","))});
   if (!child || (*child)->wait(300s) != 0) fail("the pictures of the goals could not be drawn");
 }
 
+/// The pictures of all cameras in a part of the match, drawn again.
+void draw_pixels(const fs::path& folder, const MatchOptions& options) {
+  const std::string program = find_program("sinew-sim");
+  if (options.pixels_s.size() != 2 || program.empty()) return;
+  std::error_code error;
+  fs::create_directories(folder / "pixels", error);
+  const std::string window = fmt::format("{},{}", options.pixels_s[0], options.pixels_s[1]);
+  for (const Player& p : players_of(options)) {
+    auto child = hal::ChildProcess::start({program, "--redraw", (folder / kScenes).string(), "--of", p.name, "--window",
+                                           window, "--mcap", (folder / "pixels" / (p.name + ".mcap")).string()});
+    if (!child || (*child)->wait(300s) != 0) fail(fmt::format("the pictures of {} could not be drawn", p.name));
+  }
+}
+
 }  // namespace
 
 std::optional<PlayedMatch> play_match(const MatchOptions& options, const rt::ModuleTypes& types) {
-  const auto teams = load_teams(options);
+  const auto teams = load_teams(options, types);
   if (!teams) return std::nullopt;
   PlayedMatch played;
   std::unique_ptr<hal::TemporaryFolder> temporary;
@@ -142,7 +161,9 @@ std::optional<PlayedMatch> play_match(const MatchOptions& options, const rt::Mod
   for (const Player& p : players) {
     const fs::path file = folder / (p.name + ".toml");
     const std::string base = fs::absolute(options.teams[p.team]).lexically_normal().string();
-    if (!write_text(file, player_text(options, p, base, (*teams)[p.team]))) return std::nullopt;
+    if (!write_text(file,
+                    player_text(options, p, base, (*teams)[p.team].robot, numbered_modules(*(*teams)[p.team].graph))))
+      return std::nullopt;
     run.robots.push_back(file.string());
   }
   if (!options.no_record) run.plant_args = {"--scenes", (folder / kScenes).string()};
@@ -160,6 +181,7 @@ std::optional<PlayedMatch> play_match(const MatchOptions& options, const rt::Mod
   played.folder = folder.string();
   gather(folder, played.result);
   if (!options.no_goal_pictures) draw_goals(folder, played.result);
+  draw_pixels(folder, options);
   played.recorded_bytes = bytes_of(folder);
   Json all = sweep::to_json(to_case(options, played.result));
   all["log"] = played.result.log;

@@ -56,7 +56,8 @@ std::string last_line(const std::string& text) {
   const auto end = text.find_last_not_of(" \n");
   if (end == std::string::npos) return {};
   const auto begin = text.find_last_of('\n', end);
-  return text.substr(begin == std::string::npos ? 0 : begin + 1, end - (begin == std::string::npos ? 0 : begin + 1) + 1);
+  return text.substr(begin == std::string::npos ? 0 : begin + 1,
+                     end - (begin == std::string::npos ? 0 : begin + 1) + 1);
 }
 
 /// Of a file's content. Empty: it cannot be read.
@@ -207,10 +208,14 @@ class MatchStudy {
     const auto estimate = [](const MatchStatistics::Estimate& e) {
       return Json{{"mean", e.mean}, {"low", e.low}, {"high", e.high}};
     };
-    return {{"matches", s.matches},   {"won", s.won},
-            {"drawn", s.drawn},       {"lost", s.lost},
-            {"unfinished", s.unfinished}, {"points_share", estimate(s.points)},
-            {"goal_difference", estimate(s.goal_difference)}, {"p", s.p}};
+    return {{"matches", s.matches},
+            {"won", s.won},
+            {"drawn", s.drawn},
+            {"lost", s.lost},
+            {"unfinished", s.unfinished},
+            {"points_share", estimate(s.points)},
+            {"goal_difference", estimate(s.goal_difference)},
+            {"p", s.p}};
   }
 
   const MatchOptions& o_;

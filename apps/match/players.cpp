@@ -44,12 +44,9 @@ bool is_fast(const rt::GraphSpec& graph, const rt::ThreadSpec& thread) {
 }  // namespace
 
 std::vector<std::string> words_of(const MatchOptions& options, bool with_seed) {
-  std::vector<std::string> words{options.teams[0],
-                                 options.teams[1],
-                                 "--robots",
-                                 std::to_string(options.robots),
-                                 "--minutes",
-                                 fmt::format("{}", options.minutes)};
+  std::vector<std::string> words{options.teams[0], options.teams[1],
+                                 "--robots",       std::to_string(options.robots),
+                                 "--minutes",      fmt::format("{}", options.minutes)};
   for (const std::string& setting : options.set) words.insert(words.end(), {"--set", setting});
   if (!options.camera.empty()) words.insert(words.end(), {"--camera", options.camera});
   if (with_seed) words.insert(words.end(), {"--seed", std::to_string(options.seed)});
@@ -73,11 +70,19 @@ std::vector<std::string> slow_threads(const rt::GraphSpec& graph) {
   return slow;
 }
 
+std::vector<std::string> numbered_modules(const rt::Graph& graph) {
+  std::vector<std::string> names;
+  for (const rt::GraphModule& m : graph.modules())
+    if (std::ranges::any_of(m.declaration.params, [](const auto& p) { return p.name == "player"; }))
+      names.push_back(m.spec.name);
+  return names;
+}
+
 std::string player_text(const MatchOptions& options, const Player& player, const std::string& base,
-                        const RobotFile& loaded) {
+                        const RobotFile& loaded, const std::vector<std::string>& numbered) {
   const StartPlace place = place_of(player.number, player.colour);
-  std::string text = fmt::format("# Player {} of a match; `sinew match` wrote it.\nextends = {}\n", player.name,
-                                 rt::quoted(base));
+  std::string text =
+      fmt::format("# Player {} of a match; `sinew match` wrote it.\nextends = {}\n", player.name, rt::quoted(base));
   if (loaded.team) text += "without = [\"team.members\"]\n";
   text += fmt::format(
       "\n[robot]\nname = \"{}\"\n\n[sim]\nplant = \"auto\"\nreferee = 1\nreferee_half_s = {}\nteam = {}\n"
@@ -88,6 +93,8 @@ std::string player_text(const MatchOptions& options, const Player& player, const
     for (const Player& other : players_of(options))
       if (other.colour == player.colour) text += fmt::format("{} = {}\n", other.name, other.number);
   }
+  for (const std::string& module : numbered)
+    text += fmt::format("\n[module.{}.params]\nplayer = {}\n", module, player.number);
   text += "\n[record]\npixel_mb_per_s = 0\ncompression = \"zstd\"\n";
   if (!options.record_all && loaded.record.threads.empty()) {
     const auto slow = slow_threads(loaded.graph);

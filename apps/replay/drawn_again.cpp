@@ -50,7 +50,8 @@ std::unique_ptr<DrawnAgain> DrawnAgain::start(const std::string& scenes, const s
   drawn->child_ = std::move(*child);
   if (drawn->read()) return drawn;
   const auto end = drawn->errors_.find('\n');
-  why = "--pictures " + scenes + ": " + (drawn->errors_.empty() ? "no picture of " + robot : drawn->errors_.substr(0, end));
+  why = "--pictures " + scenes + ": " +
+        (drawn->errors_.empty() ? "no picture of " + robot : drawn->errors_.substr(0, end));
   return nullptr;
 }
 

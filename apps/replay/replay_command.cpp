@@ -109,7 +109,8 @@ class ReplayRun {
     if (!command_.pictures.empty()) {
       const auto run = record::read_metadata(reader, "sinew.run");
       const auto robot = run.find("robot");
-      pictures_ = DrawnAgain::start(command_.pictures, robot == run.end() ? std::string() : robot->second, *graph_, why);
+      pictures_ =
+          DrawnAgain::start(command_.pictures, robot == run.end() ? std::string() : robot->second, *graph_, why);
       if (!pictures_) return false;
       options_.pictures = pictures_.get();
     }

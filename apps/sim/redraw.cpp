@@ -8,7 +8,11 @@
 #include "apps/sim/render_test.hpp"
 #include "apps/sim/scene_record.hpp"
 #include "apps/sim/sim_options.hpp"
+#include "hal/linux/file.hpp"
 #include "hal/linux/temporary_folder.hpp"
+#include "msg/image_buffer.hpp"
+#include "msg/ros2_image.hpp"
+#include "record/writer.hpp"
 #include "sim_hil/plant/pixels.hpp"
 
 namespace sinew::plant {
@@ -51,26 +55,114 @@ std::vector<Eye> eyes_of(const SimulatorOptions& s, std::size_t robot) {
   return eyes;
 }
 
+/// Where a robot's pictures go. Errors: false, with `why`.
+class PictureOutput {
+ public:
+  virtual ~PictureOutput() = default;
+  virtual bool put(std::size_t camera, std::uint32_t number, hal::Time at, std::span<const std::uint8_t> pixels,
+                   std::string& why) = 0;
+  virtual bool finish(std::string& why) = 0;
+};
+
+class StandardOutput final : public PictureOutput {
+ public:
+  explicit StandardOutput(const std::vector<Eye>& eyes) : eyes_(eyes) {}
+  bool put(std::size_t camera, std::uint32_t number, hal::Time, std::span<const std::uint8_t> pixels,
+           std::string& why) override {
+    std::printf("%s %u %zu\n", eyes_[camera].device, number, pixels.size());
+    if (std::fwrite(pixels.data(), 1, pixels.size(), stdout) == pixels.size()) return true;
+    why = "the pictures are not taken any more";
+    return false;
+  }
+  bool finish(std::string& why) override {
+    if (std::fflush(stdout) == 0) return true;
+    why = "the pictures are not taken any more";
+    return false;
+  }
+
+ private:
+  const std::vector<Eye>& eyes_;
+};
+
+class PictureFile final : public PictureOutput {
+ public:
+  PictureFile(const std::vector<Eye>& eyes, const CameraOptions& view)
+      : eyes_(eyes), view_(view), image_(view.width * view.height * msg::bytes_per_pixel(view.format)) {}
+
+  bool open(const std::string& path, std::string& why) {
+    auto file = hal::create_file(path);
+    if (!file) return say(file.error(), why);
+    auto writer = record::Writer::open(std::move(*file), {.profile = "ros2"});
+    if (!writer) return say(writer.error(), why);
+    writer_ = std::move(*writer);
+    const auto& about = msg::ros2_image_schema();
+    const auto schema = writer_->add_schema(about.name, "ros2msg", about.text);
+    if (!schema) return say(schema.error(), why);
+    for (const Eye& eye : eyes_) {
+      const auto channel = writer_->add_channel(eye.device, "cdr", *schema, {}, record::Packing::plain);
+      if (!channel) return say(channel.error(), why);
+      channels_.push_back(*channel);
+    }
+    return true;
+  }
+  bool put(std::size_t camera, std::uint32_t number, hal::Time at, std::span<const std::uint8_t> pixels,
+           std::string& why) override {
+    if (!image_->format_as(view_.format, view_.width, view_.height)) {
+      why = "pictures of this size are not recorded";
+      return false;
+    }
+    image_->stamp = at;
+    image_->frame_number = number;
+    const auto head = msg::Ros2ImageHead::of_image(*image_, image_->bulk_used(), 0, eyes_[camera].device);
+    const std::span<const std::byte> parts[] = {std::as_bytes(std::span(head.bytes())), std::as_bytes(pixels)};
+    const auto time = static_cast<std::uint64_t>(at.ns);
+    const hal::Status written = writer_->write_parts(channels_[camera], {number, time, time}, parts);
+    return written || say(written.error(), why);
+  }
+  bool finish(std::string& why) override {
+    const hal::Status finished = writer_->finish();
+    return finished || say(finished.error(), why);
+  }
+
+ private:
+  static bool say(const hal::Error& error, std::string& why) {
+    why = std::string(hal::to_string(error.code)) + " (" + error.where + ")";
+    return false;
+  }
+  const std::vector<Eye>& eyes_;
+  const CameraOptions& view_;
+  msg::ImageBuffer image_;
+  std::unique_ptr<record::Writer> writer_;
+  std::vector<std::uint16_t> channels_;
+};
+
 int draw_all(SceneFile& file, const SimulatorOptions& s, std::size_t robot, const RedrawOptions& options) {
   const CameraOptions& view = s.view;
   const auto painter = view.painter();
   const std::vector<Eye> eyes = eyes_of(s, robot);
+  std::string why;
+  std::unique_ptr<PictureOutput> output = std::make_unique<StandardOutput>(eyes);
+  if (!options.mcap.empty()) {
+    auto pictures = std::make_unique<PictureFile>(eyes, view);
+    if (!pictures->open(options.mcap, why)) return fail(options.mcap, why);
+    output = std::move(pictures);
+  }
   const std::uint32_t row_bytes = view.width * msg::bytes_per_pixel(view.format);
   std::vector<std::uint8_t> pixels(std::size_t{row_bytes} * view.height);
-  std::string why;
+  const auto wanted = [&](hal::Time at) {
+    const double at_s = msg::seconds(at);
+    return options.window_s.empty() || (at_s >= options.window_s[0] && at_s <= options.window_s[1]);
+  };
   while (const auto taken = file.next(why))
     for (const TakenScene::Picture& p : taken->pictures) {
-      if (p.robot != robot || p.camera >= eyes.size()) continue;
+      if (p.robot != robot || p.camera >= eyes.size() || !wanted(taken->at)) continue;
       const auto* const drawn = reinterpret_cast<const std::uint8_t*>(painter->draw(taken->scene(p.pose)).data());
       convert_image(drawn, view.width, view.height, view.format, pixels.data(), FirstRow::top);
-      const Eye& eye = eyes[p.camera];
-      if (eye.noise.on()) eye.noise.add(pixels.data(), row_bytes, view.height, p.number);
-      std::printf("%s %u %zu\n", eye.device, p.number, pixels.size());
-      if (std::fwrite(pixels.data(), 1, pixels.size(), stdout) != pixels.size())
-        return fail(options.file, "the pictures are not taken any more");
+      if (eyes[p.camera].noise.on()) eyes[p.camera].noise.add(pixels.data(), row_bytes, view.height, p.number);
+      if (!output->put(p.camera, p.number, taken->at, pixels, why)) return fail(options.file, why);
     }
-  if (!why.empty()) return fail(options.file, why);
-  return std::fflush(stdout) == 0 ? 0 : 1;
+  if (!why.empty() || !output->finish(why)) return fail(options.file, why);
+  return 0;
 }
 
 int draw_outside(SceneFile& file, const SimulatorOptions& s, const RedrawOptions& options) {

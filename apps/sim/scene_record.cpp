@@ -14,7 +14,7 @@ namespace {
 constexpr const char* kTopic = "scene";
 constexpr const char* kMetadata = "sinew.scenes";
 constexpr std::string_view kBodyFile = "body", kBodyEnding = ".toml";
-constexpr std::uint32_t kEncapsulation = 0x100;  // XCDR1, little-endian
+constexpr std::uint32_t kEncapsulation = 0x100;                     // XCDR1, little-endian
 constexpr std::size_t kPerBody = 7, kPerPicture = 3, kPerView = 8;  // numbers
 
 // ros2msg, so that other programs can read it.
@@ -30,8 +30,9 @@ struct Left {
   std::string_view option;
   bool has_value = true;
 };
-constexpr Left kLeft[] = {{"--listen"}, {"--report"}, {"--scenes"},        {"--body"},        {"--fault"}, {"--duration"},
-                          {"--wait"},   {"--relink"}, {"--lockstep", false}, {"--free", false}, {"--priority"}};
+constexpr Left kLeft[] = {{"--listen"},          {"--report"},      {"--scenes"},  {"--body"},
+                          {"--fault"},           {"--duration"},    {"--wait"},    {"--relink"},
+                          {"--lockstep", false}, {"--free", false}, {"--priority"}};
 
 void put_number(record::Buffer& to, double value) { to.number(std::bit_cast<std::uint64_t>(value)); }
 double number(record::Cursor& from) { return std::bit_cast<double>(from.number<std::uint64_t>()); }
@@ -71,8 +72,8 @@ SceneWorld scene_world_of(const SimulatorOptions& options) {
   for (std::size_t i = 0; i < options.words.size(); ++i) {
     const std::string_view word = options.words[i];
     const auto left = std::ranges::find_if(kLeft, [&](const Left& l) {
-      return word == l.option || (word.starts_with(l.option) && word.size() > l.option.size() &&
-                                  word[l.option.size()] == '=');
+      return word == l.option ||
+             (word.starts_with(l.option) && word.size() > l.option.size() && word[l.option.size()] == '=');
     });
     if (left == std::end(kLeft))
       world.words.emplace_back(word);
@@ -203,8 +204,9 @@ std::unique_ptr<SceneFile> SceneFile::open(const std::string& path, std::string&
     if (!name.starts_with(kBodyFile) || !name.ends_with(kBodyEnding)) continue;
     const auto text = record::read_attachment(*opened->reader_, name);
     if (!text) return why = index.name + " in it cannot be read", nullptr;
-    opened->world_.bodies[std::string(
-        name.substr(kBodyFile.size(), name.size() - kBodyFile.size() - kBodyEnding.size()))] = *text;
+    opened->world_
+        .bodies[std::string(name.substr(kBodyFile.size(), name.size() - kBodyFile.size() - kBodyEnding.size()))] =
+        *text;
   }
   opened->messages_.emplace(opened->reader_->messages({.topics = {kTopic}, .order = record::Order::file}));
   return opened;

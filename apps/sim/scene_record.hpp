@@ -1,6 +1,6 @@
 #pragma once
-// A file of all scenes of a run: where every body was when a picture was taken, by which camera, and the world that they
-// are in. MCAP; docs/recording.md describes it.
+// A file of all scenes of a run: where every body was when a picture was taken, by which camera, and the world that
+// they are in. MCAP; docs/recording.md describes it.
 #include <cstdint>
 #include <map>
 #include <memory>

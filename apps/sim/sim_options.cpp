@@ -218,6 +218,14 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robo
                                     "BYTES, then its pixels")
                          ->needs(&redraw)
                          ->type_name("ROBOT");
+  app.add_option("--window", s.redraw.window_s, "with --of: FROM,UNTIL, only pictures of this plant time, s")
+      ->delimiter(',')
+      ->expected(2)
+      ->needs(&of)
+      ->type_name("FROM,UNTIL");
+  app.add_option("--mcap", s.redraw.mcap, "with --of: a new file for the pictures, in place of standard output")
+      ->needs(&of)
+      ->type_name("FILE");
   app.add_option("--at", s.redraw.at_s, "pictures from outside at these seconds of plant time")
       ->delimiter(',')
       ->needs(&redraw)

@@ -10,8 +10,8 @@ namespace sinew::app {
 
 struct MemberEnd {
   std::string name;
-  int code = kDone;    // of its process
-  Json summary{};      // its JSON object, of a run with --json; else null
+  int code = kDone;  // of its process
+  Json summary{};    // its JSON object, of a run with --json; else null
 };
 
 /// How a run of several robots ended.

@@ -99,8 +99,7 @@ bool MessageStore::add_pixels(std::uint32_t sequence, rt::Time published, std::s
 void MessageStore::set_pixels(std::uint32_t sequence, rt::Time published, std::span<const std::byte> pixels) {
   Entry& entry = place(sequence, published, pixels.size());
   auto* header = reinterpret_cast<rt::SlotHeader*>(entry.memory.get());
-  if (!pixels.empty())
-    std::memcpy(static_cast<msg::Image*>(header->message())->pixels(), pixels.data(), pixels.size());
+  if (!pixels.empty()) std::memcpy(static_cast<msg::Image*>(header->message())->pixels(), pixels.data(), pixels.size());
   entry.pixels = pixels.size();
   settle(entry);
 }

@@ -44,9 +44,9 @@ struct ReplayOptions {
   /// True: the replayed modules latch each other's new messages, under the recorded sequences. False, and for all other
   /// inputs: they latch recorded messages. See ReplayChain for steps that publish less or more.
   bool chain = false;
-  std::vector<std::string> keep{};   // "attitude.kp": recorded settings of these parameters are not taken
+  std::vector<std::string> keep{};    // "attitude.kp": recorded settings of these parameters are not taken
   PictureSource* pictures = nullptr;  // of images whose pixels the file does not have; null: steps go without them
-  ReplayWatcher* watcher = nullptr;  // sees every pair; with it, as with chain, modules go on after a difference
+  ReplayWatcher* watcher = nullptr;   // sees every pair; with it, as with chain, modules go on after a difference
 };
 
 /// The first place where a module's steps differ from the record.

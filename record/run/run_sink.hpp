@@ -39,7 +39,7 @@ struct Beginning {
 
 struct SinkOptions {
   SplitOptions files{.writer = {.chunk_bytes = 256 * 1024}};
-  std::vector<std::string> topics{};                   // none: all
+  std::vector<std::string> topics{};  // none: all
   /// Only the steps of these threads; none: all. Of topics of other threads only messages that such a step held.
   std::vector<std::string> threads{};
   std::map<std::string, double> rate_hz{};             // at most so many messages of a topic per second

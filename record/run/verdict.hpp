@@ -38,8 +38,8 @@ inline constexpr std::string_view kBeginName = "sinew.begin", kFromName = "sinew
 /// The part of a topic that a file keeps.
 struct TopicKept {
   std::string name;
-  bool wanted = true;  // recorded at all
-  double rate_hz = 0;  // at most; 0: all
+  bool wanted = true;      // recorded at all
+  double rate_hz = 0;      // at most; 0: all
   bool held_only = false;  // only the messages that a recorded step held
   Losses lost, without_pixels;
 };

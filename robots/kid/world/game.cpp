@@ -89,8 +89,8 @@ void Game::add_to(JsonObject& report) const {
   for (const Referee::Decision& d : referee_.log()) {
     if (d.kind != Referee::Decision::Kind::goal || goals.size() == kReported) continue;
     char goal[96];
-    std::snprintf(goal, sizeof goal, R"({"at_s":%.3f,"team":%d,"robot":%d})", 1e-9 * static_cast<double>(d.at_ns), d.team,
-                  d.robot);
+    std::snprintf(goal, sizeof goal, R"({"at_s":%.3f,"team":%d,"robot":%d})", 1e-9 * static_cast<double>(d.at_ns),
+                  d.team, d.robot);
     goals.emplace_back(goal);
   }
   game.list("goals", goals);

@@ -69,10 +69,11 @@ TEST(Players, ChangeSidesWithTheSeedAndStartOnTheirOwnHalf) {
   EXPECT_EQ(players_of(options)[0].team, 1u);
   RobotFile robot;
   for (const Player& p : odd) {
-    const std::string text = player_text(options, p, "/a/one.toml", robot);
+    const std::string text = player_text(options, p, "/a/one.toml", robot, {"play"});
     EXPECT_THAT(text, HasSubstr("extends = \"/a/one.toml\""));
     EXPECT_THAT(text, HasSubstr(p.colour == 0 ? "start_x_m = -" : "start_x_m = ")) << p.name;
     EXPECT_THAT(text, HasSubstr("referee_half_s = 300"));
+    EXPECT_THAT(text, HasSubstr("[module.play.params]\nplayer = " + std::to_string(p.number) + "\n"));
   }
 }
 

@@ -134,8 +134,8 @@ TEST_F(Recorded, OfSomeThreadsKeepsTheirStepsAndOnlyWhatTheseHeld) {
   EXPECT_EQ(there, held);
   each(*reader, "pictures.image/head", [](const Message&) { ADD_FAILURE() << "nobody held it"; });
   for (const ModuleVerdict& v : recorder->verdict())
-    EXPECT_EQ(to_text(v), v.module == "sums"      ? "replayable"
-                          : v.module == "numbers" ? "steps of the thread fast are not recorded"
+    EXPECT_EQ(to_text(v), v.module == "sums"       ? "replayable"
+                          : v.module == "numbers"  ? "steps of the thread fast are not recorded"
                           : v.module == "guardian" ? "steps of the thread guardian are not recorded"
                                                    : "steps of the thread view are not recorded")
         << v.module;
