@@ -98,17 +98,23 @@ std::uint64_t bytes_of(const fs::path& folder) {
   return bytes;
 }
 
-/// Pictures of each goal: 1 s, 0.5 s before and just before it counted.
-void draw_goals(const fs::path& folder, const MatchResult& result) {
+/// Three pictures of each goal, from beside the half where it was: 1 s, 0.5 s before, and just before it counted.
+/// `game`: of both halves, s.
+void draw_goals(const fs::path& folder, const MatchOptions& options, const MatchResult& result, double game) {
   const std::string program = find_program("sinew-sim");
-  if (result.goal.empty() || program.empty()) return;
-  std::vector<std::string> at_s;
-  for (const Goal& goal : result.goal)
+  if (program.empty()) return;
+  for (const Goal& goal : result.goal) {
+    std::vector<std::string> at_s;
     for (const double before_s : {1.0, 0.5, 0.0})
       at_s.push_back(fmt::format("{:.1f}", std::max(0.1, goal.at_s - before_s)));
-  auto child = hal::ChildProcess::start({program, "--redraw", (folder / kScenes).string(), "--png",
-                                         (folder / "goals").string(), "--at", fmt::format("{}", fmt::join(at_s, ","))});
-  if (!child || (*child)->wait(300s) != 0) fail("the pictures of the goals could not be drawn");
+    const bool is_blue = a_is_blue(options.seed) == (goal.team == 0);
+    const int side = is_blue == (goal.at_s <= game / 2) ? 1 : -1;  // blue attacks +x in the first half
+    auto child = hal::ChildProcess::start(
+        {program, "--redraw", (folder / kScenes).string(), "--png", (folder / "goals").string(),
+         "--at=" + fmt::format("{}", fmt::join(at_s, ",")), fmt::format("--eye={},-4.6,2.2", 0.8 * side),
+         fmt::format("--target={},0,0.2", 3.4 * side)});
+    if (!child || (*child)->wait(300s) != 0) fail("the pictures of a goal could not be drawn");
+  }
 }
 
 /// The pictures of all cameras in a part of the match, drawn again.
@@ -180,7 +186,7 @@ std::optional<PlayedMatch> play_match(const MatchOptions& options, const rt::Mod
   if (options.no_record) return played;
   played.folder = folder.string();
   gather(folder, played.result);
-  if (!options.no_goal_pictures) draw_goals(folder, played.result);
+  if (!options.no_goal_pictures) draw_goals(folder, options, played.result, run.duration_s - kAfterTheEnd_s);
   draw_pixels(folder, options);
   played.recorded_bytes = bytes_of(folder);
   Json all = sweep::to_json(to_case(options, played.result));

@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 
 namespace sinew::plant::scene_record_test {
 namespace {
@@ -40,7 +41,7 @@ TEST(TakenScene, BytesThatAreNoneAreRefusedWhereverTheyEndOrChange) {
   encode(bytes, sample());
   for (std::size_t size = 0; size < bytes.size(); ++size) EXPECT_FALSE(decode_scene(bytes.bytes().first(size))) << size;
   for (std::size_t at = 0; at < bytes.size(); ++at)
-    for (const unsigned char value : {0x00, 0x7f, 0x80, 0xff}) {
+    for (const std::uint8_t value : std::array<std::uint8_t, 4>{0x00, 0x7f, 0x80, 0xff}) {
       const std::byte before = bytes.data()[at];
       bytes.data()[at] = std::byte{value};
       if (const auto read = decode_scene(bytes.bytes())) {  // another number, but no more of them than there are bytes
