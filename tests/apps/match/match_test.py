@@ -6,8 +6,6 @@ usage: match_test.py SINEW ROBOTS CLASS
 import json
 import os
 import pathlib
-import re
-import shutil
 import signal
 import subprocess
 import sys
@@ -113,6 +111,14 @@ class Played(Match):
         pictures = json.loads(out)["pictures"]
         self.assertGreater(pictures["differing"], 0)
         self.assertRegex(pictures["first_wrong"], r"camera2?\.raw, image \d+ at .* s: other pixels than were seen")
+
+    def test_pixels_of_a_part_can_be_had_afterwards(self):
+        done = subprocess.run([pathlib.Path(SINEW).parent / "sinew-sim", "--redraw", "played/scenes.mcap", "--of", "red2", "--window",
+                               "3,4", "--mcap", "part.mcap"], capture_output=True, text=True, cwd=self.folder, env=self.env, timeout=100)
+        self.assertEqual(done.returncode, 0, done.stderr)
+        code, out, err = self.sinew("bag", "images", "part.mcap", "part", "--topic", "camera2")
+        self.assertEqual(code, 0, out + err)
+        self.assertEqual(len(list((self.folder / "part").glob("*.png"))), 11)
 
     def test_goals_are_drawn(self):
         goals = sorted((self.folder / "played/goals").glob("*.png"))
