@@ -86,6 +86,9 @@ MatchResult match_result(const MatchOptions& options, const TeamEnd& end) {
     result.plant_s = std::max(result.plant_s, number_at(report, "plant_s"));
     if (!has_game && report.contains("game")) has_game = true, read_game(report["game"], players, result);
   }
+  if (!result.trouble.empty())
+    result.trouble +=
+        fmt::format(": the last player's run ended after {:.1f} s (a mission that is done ends a run)", result.plant_s);
   if (!has_game) result.trouble = "the simulator reported no game";
   for (const PlayerResult& p : result.players)
     if (p.exit_code > kFailed) result.trouble = fmt::format("{} ended with exit code {}", p.player.name, p.exit_code);

@@ -75,6 +75,24 @@ double game_s(const RobotFile& robot) {
   return 2 * (value("referee_ready_s") + value("referee_set_s") + value("referee_half_s"));
 }
 
+/// Removes what a match that was broken off left there, and nothing else.
+void clear(const fs::path& folder, const std::vector<Player>& players) {
+  std::error_code ignored;  // what stays makes the new match say that it cannot write
+  fs::remove(folder / kScenes, ignored);
+  for (const Player& p : players) {
+    for (const char* const ending : {".toml", ".mcap"}) fs::remove(folder / (p.name + ending), ignored);
+    fs::remove(folder / "pixels" / (p.name + ".mcap"), ignored);
+  }
+  std::vector<fs::path> runs;
+  for (fs::directory_iterator file(folder, ignored), end; !ignored && file != end; file.increment(ignored))
+    for (const Player& p : players)
+      if (file->path().filename().string().starts_with(p.name + "-")) runs.push_back(file->path());
+  for (const fs::path& run : runs) {
+    fs::remove(run / "run.mcap", ignored);
+    fs::remove(run, ignored);
+  }
+}
+
 /// Moves each player's recording into the match's folder, under the player's name.
 void gather(const fs::path& folder, MatchResult& result) {
   std::error_code ignored;  // a recording that cannot be moved stays where its player wrote it
@@ -151,7 +169,7 @@ std::optional<PlayedMatch> play_match(const MatchOptions& options, const rt::Mod
       fail(fmt::format("{}: a match is recorded there already; --out names another folder", folder.string()));
       return std::nullopt;
     }
-    fs::remove_all(folder, error);  // of a match that was broken off
+    clear(folder, players_of(options));
     fs::create_directories(folder, error);
     if (error) return fail(fmt::format("{}: {}", folder.string(), error.message())), std::nullopt;
   }

@@ -143,7 +143,7 @@ class MatchStudy {
       if (o_.no_goal_pictures) job.argv.emplace_back("--no-goal-pictures");
       if (!o_.no_record) {
         std::error_code ignored;  // of a match that has no result in the file; playing says what cannot be written
-        fs::remove_all(folder_of(number), ignored);
+        fs::remove(fs::path(folder_of(number)) / "result.json", ignored);
         job.argv.insert(job.argv.end(), {"--out", folder_of(number)});
       }
       return job;

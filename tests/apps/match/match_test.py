@@ -161,6 +161,20 @@ class Many(Match):
 
 
 class Refused(Match):
+    def test_a_folder_keeps_what_is_not_of_a_match_and_a_match_its_folder(self):
+        own = self.folder / "own"
+        (own / "blue1-notes").mkdir(parents=True)
+        (own / "blue1-notes/run.txt").write_text("mine")
+        (own / "notes.txt").write_text("mine")
+        (own / "scenes.mcap").write_text("of a match that was broken off")
+        words = ["match", "ants.toml", "bees.toml", "--robots", "1", "--minutes", "0.05", *SHORT, "--out", "own"]
+        code, out, err = self.sinew(*words)
+        self.assertEqual(code, 0, out + err)
+        self.assertEqual((own / "notes.txt").read_text() + (own / "blue1-notes/run.txt").read_text(), "minemine")
+        code, out, err = self.sinew(*words)
+        self.assertEqual(code, 2, out + err)
+        self.assertIn("own: a match is recorded there already; --out names another folder", err)
+
     def test_what_cannot_be_played_is_said_before_anything_begins(self):
         (self.folder / "deaf.toml").write_text(f'extends = "{ROBOTS}/kid/kid.toml"\n')
         cases = ((["ants.toml"], "two robot files, one for each team; 1 given"),
