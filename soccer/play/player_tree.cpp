@@ -72,7 +72,7 @@ void choose(PlayBoard& b) {
   for (std::size_t i = 0; i < b.others_n; ++i)
     others[i] = {b.self.out(b.others[i].at.x_m, b.others[i].at.y_m), b.others[i].radius_m};
   const double aim = aim_rad(b.ball_at, *b.field, std::span(others).first(b.others_n));
-  b.chosen = choose_kick(b.self, b.ball_at, aim, b.opponent_near, &b.chosen, b.options->kicks);
+  b.chosen = choose_kick(b.self, b.ball_at, aim, std::span(others).first(b.others_n), &b.chosen, b.options->kicks);
 }
 
 void ask_for_kick(PlayBoard& b) {
@@ -124,7 +124,7 @@ void add_game(behaviour::Tree<PlayBoard>& tree) {
       .act([](PlayBoard& b, const Here&) {
         look(b);
         if (b.found)
-          go_to(b, ready_place(b.number, b.kick_of != msg::GameKick::other, *b.field), true);
+          go_to(b, ready_place(b.player, b.kick_of != msg::GameKick::other, *b.field), true);
         else
           b.walk = {0, 0, b.options->search_turn_radps};
       })
@@ -330,14 +330,14 @@ void add_others(behaviour::Tree<PlayBoard>& tree) {
 
 }  // namespace
 
-FieldAt ready_place(std::uint32_t number, bool own_kick_off, const Field& field) {
+FieldAt ready_place(std::uint32_t player, bool own_kick_off, const Field& field) {
   const FieldSize& s = field.size();
-  switch (number) {
-    case 0:  // in its goal
+  switch (player) {
+    case 1:  // in its goal
       return {-0.5 * s.length_m + 0.3, 0, 0};
-    case 1:
-      return {own_kick_off ? -0.45 : -s.circle_radius_m - 0.45, 0, 0};
     case 2:
+      return {own_kick_off ? -0.45 : -s.circle_radius_m - 0.45, 0, 0};
+    case 3:
       return {-0.25 * s.length_m, 0.2 * s.width_m, 0};
     default:
       return {-0.25 * s.length_m, -0.2 * s.width_m, 0};
