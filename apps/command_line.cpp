@@ -14,6 +14,7 @@
 #include "apps/identify/commands.hpp"
 #include "apps/live/commands.hpp"
 #include "apps/live/running_names.hpp"
+#include "apps/match/commands.hpp"
 #include "apps/monitor/monitor_options.hpp"
 #include "apps/net/net_command.hpp"
 #include "apps/project_commands.hpp"
@@ -51,6 +52,7 @@ std::variant<std::function<int()>, int> understood(int argc, char** argv, const 
   add_identify_command(app, context);
   add_sweep_commands(app, context);
   add_team_command(app, context);
+  add_match_command(app, context);
   add_calibrate_command(app, context);
   add_devices_command(app, context);
   add_servo_command(app, context);

@@ -11,6 +11,7 @@
 #include "apps/command/number_check.hpp"
 #include "apps/replay/commands.hpp"
 #include "apps/replay/comparison_report.hpp"
+#include "apps/replay/drawn_again.hpp"
 #include "apps/replay/recorded_robot.hpp"
 #include "apps/run/run_setup.hpp"
 #include "apps/view/plot.hpp"
@@ -31,7 +32,7 @@ struct ReplayCommand {
   std::vector<std::string> modules, set, fields;
   std::optional<double> from_s, until_s;
   bool chain = false, compare = false, json = false;
-  std::string plot, truth;
+  std::string plot, truth, pictures;
 };
 
 std::string difference_text(const record::ReplayDifference& d) {
@@ -105,6 +106,14 @@ class ReplayRun {
     }
     graph_ = configured_graph(*spec, types_, board_, command_.file, why);
     if (!graph_) return false;
+    if (!command_.pictures.empty()) {
+      const auto run = record::read_metadata(reader, "sinew.run");
+      const auto robot = run.find("robot");
+      pictures_ =
+          DrawnAgain::start(command_.pictures, robot == run.end() ? std::string() : robot->second, *graph_, why);
+      if (!pictures_) return false;
+      options_.pictures = pictures_.get();
+    }
     options_.modules = command_.modules;
     options_.from_s = command_.from_s;
     options_.until_s = command_.until_s;
@@ -145,6 +154,7 @@ class ReplayRun {
 
   int exit_code(bool bad) const {
     const bool asked_and_missed = !command_.modules.empty() && !report_.complete();
+    if (!report_.pictures.first_wrong.empty()) return kFailed;
     return bad || steps_ == 0 || asked_and_missed || !report_.problems.empty() ? kFailed : kDone;
   }
 
@@ -160,6 +170,11 @@ class ReplayRun {
              {"wall_s", wall_s_},
              {"modules", modules}};
     if (const auto* first = report_.first_difference()) all["first_difference"] = to_json(*first);
+    if (pictures_) {
+      const record::DrawnPictures& drawn = report_.pictures;
+      all["pictures"] = {{"same", drawn.same}, {"differing", drawn.differing}, {"missing", drawn.missing}};
+      if (!drawn.first_wrong.empty()) all["pictures"]["first_wrong"] = drawn.first_wrong;
+    }
     for (const auto& p : report_.problems) all["problems"].push_back(record::to_string(p));
     return all;
   }
@@ -187,6 +202,12 @@ class ReplayRun {
   static void print(const Json& json) { std::printf("%s", to_line(json).c_str()); }
 
   void print_totals(const char* verdict) const {
+    if (const record::DrawnPictures& drawn = report_.pictures; pictures_) {
+      std::printf("pictures drawn again: %llu with the recorded hash, %llu with another one, %llu not drawn\n",
+                  static_cast<unsigned long long>(drawn.same), static_cast<unsigned long long>(drawn.differing),
+                  static_cast<unsigned long long>(drawn.missing));
+      if (!drawn.first_wrong.empty()) std::printf("first: %s\n", drawn.first_wrong.c_str());
+    }
     const double length_s = msg::seconds(report_.length);
     std::printf("%s: %llu steps and %llu messages of %zu modules compared, %.3f s in %.3f s: %.1f times real time\n",
                 verdict, static_cast<unsigned long long>(steps_), static_cast<unsigned long long>(messages_),
@@ -245,6 +266,7 @@ class ReplayRun {
   const rt::ModuleTypes& types_;
   hal::SilentBoard board_;
   std::unique_ptr<rt::Graph> graph_;
+  std::unique_ptr<DrawnAgain> pictures_;  // null: steps have the pixels of the file
   std::optional<record::Truth> truth_;
   std::optional<record::Comparison> comparison_;
   record::ReplayOptions options_;
@@ -305,6 +327,11 @@ void add_replay_command(CLI::App& app, CommandContext& context) {
   command.add_option("--truth", options->truth, "with --compare: the topic of ground truth [ground_truth]")
       ->needs(&compare)
       ->type_name("TOPIC");
+  command
+      .add_option("--pictures", options->pictures,
+                  "draw pixels that the recording does not have again, from this file of scenes (sinew-sim --scenes), "
+                  "and compare them with the recorded hashes")
+      ->type_name(kFileHint);
   command.add_flag("--json", options->json, "as one JSON object; of several recordings one a line");
   command.callback([&context, options] {
     context.action = [&types = context.types, options] { return replay_each(*options, types); };

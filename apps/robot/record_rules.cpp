@@ -1,5 +1,7 @@
 #include "apps/robot/record_rules.hpp"
 
+#include <algorithm>
+
 #include "apps/robot/board_rules.hpp"
 #include "rt/graph_check.hpp"
 #include "rt/parameters.hpp"
@@ -18,6 +20,12 @@ std::vector<rt::Problem> check_recording(const RecordOptions& record, const rt::
   };
   for (const auto& topic : record.topics) look(topic.line, "topics", topic.value);
   for (const auto& [topic, rate] : record.rate_hz) look(rate.line, "rate_hz", topic);
+  std::vector<std::string> threads;
+  for (const auto& t : graph.threads()) threads.push_back(t.spec.name);
+  for (const auto& thread : record.threads)
+    if (std::find(threads.begin(), threads.end(), thread.value) == threads.end())
+      problems.push_back({thread.line, "record.threads", rt::quoted(thread.value),
+                          "a thread: " + rt::listed_for(thread.value, threads)});
   return problems;
 }
 

@@ -12,7 +12,9 @@ namespace sinew::app {
 struct RecordOptions {
   bool enabled = true;
   std::string folder = "runs";
-  std::vector<rt::Located<std::string>> topics{};        // none: all
+  std::vector<rt::Located<std::string>> topics{};  // none: all
+  /// Only steps of these threads; of what other threads publish only the messages that such a step held. None: all.
+  std::vector<rt::Located<std::string>> threads{};
   std::map<std::string, rt::Located<double>> rate_hz{};  // of topics
   double pixel_mb_per_s = 5;
   record::Compression compression = record::Compression::lz4;

@@ -336,6 +336,7 @@ void read_record(TomlReader& r, RecordOptions& record) {
   r.read("enabled", record.enabled);
   r.read("folder", record.folder, "the path of a folder");
   r.read_names("topics", record.topics);
+  r.read_names("threads", record.threads);
   r.table("rate_hz", [&](TomlReader& rates) {
     for (const auto& [topic, node] : rates.raw()) {
       rt::Located<double> rate;

@@ -76,6 +76,7 @@ record::RecorderOptions recorder_options(const RecordOptions& from, const RunOpt
   how.disk_os = &hal::system_os();
   how.pixel_bytes_per_s = options.record_images ? 1e18 : from.pixel_mb_per_s * 1e6;
   for (const auto& topic : from.topics) how.topics.push_back(topic.value);
+  for (const auto& thread : from.threads) how.threads.push_back(thread.value);
   for (const auto& [topic, rate] : from.rate_hz) how.rate_hz.emplace(topic, rate.value);
   how.ring.pixel_bytes_per_s = how.pixel_bytes_per_s;
   how.ring.free_floor_bytes = how.files.writer.free_floor_bytes;

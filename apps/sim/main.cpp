@@ -2,7 +2,9 @@
 #include <cstdio>
 #include <fstream>
 
+#include "apps/sim/redraw.hpp"
 #include "apps/sim/render_test.hpp"
+#include "apps/sim/scene_record.hpp"
 #include "apps/sim/sim_options.hpp"
 #include "apps/sim/usarsim_serve.hpp"
 #include "apps/sim/wire_open.hpp"
@@ -131,6 +133,15 @@ std::vector<sim_hil::Caller> wait_runtimes(const plant::SimulatorOptions& s, sim
   return callers;
 }
 
+/// The file of --scenes; null: none is asked for, or it cannot be made, as was said.
+std::unique_ptr<plant::SceneRecord> open_scenes(const plant::SimulatorOptions& s) {
+  if (s.scenes.empty()) return nullptr;
+  std::string why;
+  auto scenes = plant::SceneRecord::open(s.scenes, plant::scene_world_of(s), why);
+  if (!scenes) std::fprintf(stderr, "sinew-sim: --scenes %s: %s\n", s.scenes.c_str(), why.c_str());
+  return scenes;
+}
+
 int serve(plant::SimulatorOptions& s) {
   hal::Os& os = hal::system_os();
   plant::WireDevices wire;
@@ -157,6 +168,9 @@ int serve(plant::SimulatorOptions& s) {
   for (const auto& camera : cameras) feeds.push_back(camera.get());
   std::printf("listening on %s, %s\n", (*plant_listener)->endpoint().c_str(), camera_text(s, *feeds[0]).c_str());
   std::fflush(stdout);
+  const auto scenes = open_scenes(s);
+  if (!s.scenes.empty() && !scenes) return 1;
+  s.session.scenes = scenes.get();
   const hal::Time give_up = os.now() + hal::Duration{static_cast<std::int64_t>(s.wait_s * 1e9)};
   for (;;) {
     auto callers = wait_runtimes(s, **plant_listener, give_up);
@@ -170,6 +184,11 @@ int serve(plant::SimulatorOptions& s) {
         broken = broken || session.report(i).broken;
       }
       if (game.feed) std::printf("%s\n", game.feed->text().c_str());
+      std::string why;
+      if (scenes && !scenes->finish(why)) {
+        std::fprintf(stderr, "sinew-sim: --scenes %s: %s\n", s.scenes.c_str(), why.c_str());
+        broken = true;
+      }
       return write_reports(s.reports, last_report(session)) && !broken ? 0 : 1;
     }
     // A runtime asked for another mode, or left before the start, as one that only looks for its plant: wait for the
@@ -185,6 +204,7 @@ int main(int argc, char** argv) {
   plant::SimulatorOptions s;
   int exit_code = 0;
   if (!plant::read_command_line(argc, argv, s, exit_code)) return exit_code;
+  if (!s.redraw.file.empty()) return plant::redraw(s.redraw);
   if (s.list_faults) return list_faults(s.session.world.type->info);
   if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view, s.session.world);
   if (s.serve == "usarsim") {

@@ -18,6 +18,8 @@ namespace {
 
 constexpr std::uint32_t kOutsideWidth = 800, kOutsideHeight = 450;
 
+}  // namespace
+
 bool write_png(const std::filesystem::path& path, std::uint32_t width, std::uint32_t height,
                const std::vector<std::uint8_t>& rgb) {
   png_image image{};
@@ -29,6 +31,15 @@ bool write_png(const std::filesystem::path& path, std::uint32_t width, std::uint
   std::fprintf(stderr, "sinew-sim: cannot write %s: %s\n", path.c_str(), image.message);
   return false;
 }
+
+CameraPose camera_of(const Viewpoint& from) {
+  const math::Vec3 eye(from.eye_m), ahead = math::normalized(math::Vec3(from.target_m) - eye);
+  const double yaw = math::atan2(ahead.y, ahead.x), pitch = math::asin(-ahead.z);
+  const math::Quat optical{0.5, -0.5, 0.5, -0.5};  // x right, y down, z ahead of a body that looks along x
+  return {from.eye_m, (math::Quat::from_yaw_pitch_roll({yaw, pitch, 0}) * optical).to<msg::Quat>()};
+}
+
+namespace {
 
 std::unique_ptr<Renderer> open(const Renderer::Options& options) {
   std::string why;
@@ -78,14 +89,6 @@ bool draw(const std::filesystem::path& folder, const CameraOptions& view, const 
     renderer->camera_view(last->scene.camera, msg::PixelFormat::yuyv, pixels.data());
   });
   return true;
-}
-
-/// The pose of a camera that looks from a viewpoint at its target, upright.
-CameraPose camera_of(const Viewpoint& from) {
-  const math::Vec3 eye(from.eye_m), ahead = math::normalized(math::Vec3(from.target_m) - eye);
-  const double yaw = math::atan2(ahead.y, ahead.x), pitch = math::asin(-ahead.z);
-  const math::Quat optical{0.5, -0.5, 0.5, -0.5};  // x right, y down, z ahead of a body that looks along x
-  return {from.eye_m, (math::Quat::from_yaw_pitch_roll({yaw, pitch, 0}) * optical).to<msg::Quat>()};
 }
 
 /// The same with the world's own painter, which draws from outside as through a camera.

@@ -208,6 +208,41 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robo
   app.add_option("--wait", s.wait_s, "give up when no runtime has come after so many seconds")
       ->check(CLI::PositiveNumber)
       ->capture_default_str();
+  app.add_option("--scenes", s.scenes,
+                 "take down into this new file (MCAP) what each picture depends on, so that --redraw can draw it again")
+      ->type_name("FILE");
+  CLI::Option& redraw = *app.add_option("--redraw", s.redraw.file,
+                                        "draw the pictures of a file of --scenes again, in place of running a world")
+                             ->type_name("FILE");
+  CLI::Option& of = *app.add_option("--of", s.redraw.of,
+                                    "all pictures of this robot, to standard output: for each a line DEVICE NUMBER "
+                                    "BYTES, then its pixels")
+                         ->needs(&redraw)
+                         ->type_name("ROBOT");
+  app.add_option("--window", s.redraw.window_s, "with --of: FROM,UNTIL, only pictures of this plant time, s")
+      ->delimiter(',')
+      ->expected(2)
+      ->needs(&of)
+      ->type_name("FROM,UNTIL");
+  app.add_option("--mcap", s.redraw.mcap, "with --of: a new file for the pictures, in place of standard output")
+      ->needs(&of)
+      ->type_name("FILE");
+  app.add_option("--at", s.redraw.at_s, "pictures from outside at these seconds of plant time")
+      ->delimiter(',')
+      ->needs(&redraw)
+      ->excludes(&of)
+      ->type_name("S");
+  app.add_option("--png", s.redraw.folder, "with --at: the folder of the pictures")->needs(&redraw)->type_name("DIR");
+  app.add_option("--eye", s.redraw.eye_m, "with --at: X,Y,Z of the viewer, m")
+      ->delimiter(',')
+      ->expected(3)
+      ->needs(&redraw)
+      ->type_name("X,Y,Z");
+  app.add_option("--target", s.redraw.target_m, "with --at: X,Y,Z that it looks at, m")
+      ->delimiter(',')
+      ->expected(3)
+      ->needs(&redraw)
+      ->type_name("X,Y,Z");
   app.add_option("--render-test", s.render_test,
                  "write pictures of the world into this folder, time a frame, and exit");
 }
@@ -221,6 +256,16 @@ std::string useless_in_usarsim(const CLI::App& app) {
   return "";
 }
 
+/// What --redraw lacks, or has no use for; an empty text: nothing.
+std::string useless_in_redraw(const CLI::App& app, const RedrawOptions& redraw) {
+  if (redraw.of.empty() == redraw.at_s.empty()) return "--redraw: needs --of or --at, which say what is drawn";
+  if (!redraw.at_s.empty() && redraw.folder.empty()) return "--at: needs --png, the folder of the pictures";
+  for (const CLI::Option* option : app.get_options())
+    if (option->count() > 0 && !RedrawOptions::has(option->get_name()))
+      return fmt::format("{}: not with --redraw, which takes the world from its file", option->get_name());
+  return "";
+}
+
 /// Why an option has no meaning in this world, this mode, or this way of running. An empty text: all have one.
 std::string useless(const CLI::App& app, const SimulatorOptions& s) {
   struct Only {
@@ -229,6 +274,11 @@ std::string useless(const CLI::App& app, const SimulatorOptions& s) {
     const char* where;
   };
   const bool lockstep = s.session.only == sim_hil::Mode::lockstep;
+  if (!s.scenes.empty() && !s.view.painter)
+    return fmt::format("--scenes: the pictures of the world {} are drawn by OpenGL, and cannot be drawn again alike",
+                       s.world);
+  if (!s.scenes.empty() && !s.session.seed) return "--scenes: needs --seed, which is part of the pictures' noise";
+  if (!s.scenes.empty() && (s.alone || s.wire.any())) return "--scenes: not with devices at the wire";
   const Only onlys[] = {
       {"--listen", !s.alone, "only for a runtime; with --alone none connects"},
       {"--wait", !s.alone, "only for a runtime; with --alone none connects"},
@@ -364,6 +414,7 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
   std::vector<std::string> robot_names, bodies, faults;
   GivenOptions given;
   describe(app, s, robot_names, bodies, faults, given);
+  s.words.assign(argv + 1, argv + argc);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& e) {
@@ -372,6 +423,13 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
       app.exit(e);  // prints the help
     else
       std::fprintf(stderr, "sinew-sim: %s\n", app::usage_error(app, e).c_str());
+    return false;
+  }
+  if (!s.redraw.file.empty()) {
+    const std::string wrong = useless_in_redraw(app, s.redraw);
+    if (wrong.empty()) return true;
+    std::fprintf(stderr, "sinew-sim: %s\n", wrong.c_str());
+    exit_code = kUsage;
     return false;
   }
   if (s.serve == "usarsim") {
@@ -389,6 +447,7 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
   s.view.robots = s.session.world.robot_count();
   if (wrong.empty()) wrong = read_world_options(given, s.session.world);
   if (wrong.empty() && !s.list_faults) wrong = read_bodies(bodies, s.session.world);
+  s.bodies = bodies;
   s.view.room_xml = s.session.world.type->room(s.session.world.values);
   if (const auto& painter = s.session.world.type->painter)
     s.view.painter = [&] { return painter(s.view.width, s.view.height, s.session.world); };

@@ -3,6 +3,7 @@
 #include <vector>
 
 #include "apps/sim/game_options.hpp"
+#include "apps/sim/redraw.hpp"
 #include "apps/sim/usarsim_options.hpp"
 #include "apps/sim/wire_options.hpp"
 #include "sim_hil/plant/session.hpp"
@@ -14,7 +15,10 @@ struct SimulatorOptions {
   std::string listen = "unix:sinew-sim.sock";
   std::string serve = "sinew";  // the protocol: or "usarsim"
   std::string world = "quad", camera = "320x240", format = "yuyv", render_test;
-  std::vector<std::string> reports;  // files that get the last report; "-": standard output
+  std::vector<std::string> reports;        // files that get the last report; "-": standard output
+  std::string scenes;                      // file that takes down the scenes of all pictures; empty: none
+  std::vector<std::string> words, bodies;  // of the command line: all of them; of --body
+  RedrawOptions redraw;
   bool list_faults = false, alone = false, lockstep = false, free_running = false;
   double wait_s = 60;
   CameraOptions view;

@@ -72,6 +72,8 @@ Json to_json(const CaseResult& result) {
   return line;
 }
 
-std::string repeat_command(const std::string& run) { return "sinew run " + run + " --virtual"; }
+std::string repeat_command(const std::string& run) {
+  return run.starts_with("match ") ? "sinew " + run : "sinew run " + run + " --virtual";
+}
 
 }  // namespace sinew::sweep

@@ -27,7 +27,7 @@ struct MeasuredValue {
 
 struct CaseResult {
   std::uint64_t number = 0;
-  std::string run;  // options of the command that repeats it
+  std::string run;  // options of the command that repeats it: of `sinew run`, or "match" and those of `sinew match`
   int code = 0;
   bool good = false;
   std::string outcome, why;  // in words; `why` is empty where it is good

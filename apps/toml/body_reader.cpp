@@ -258,4 +258,19 @@ LoadedBody load_body(const std::string& path) {
   return loaded;
 }
 
+std::optional<std::string> body_text(const std::string& path) {
+  std::ifstream in(path, std::ios::binary);
+  std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  if (!in && !in.eof()) return std::nullopt;
+  if (line_beyond_ascii(text) != 0) return std::nullopt;
+  const toml::parse_result parsed = toml::parse(text, path);
+  if (!parsed) return std::nullopt;
+  if (!parsed.table().contains("extends") && !parsed.table()["body"]["extends"]) return text;
+  TomlResolver resolver;
+  const auto all = resolver.merged(text, path);
+  if (!all || !resolver.merge_below(*all, "body")) return std::nullopt;
+  resolver.write(*all, "# " + path + " with all that it extends", path);
+  return std::move(resolver.result().text);
+}
+
 }  // namespace sinew::app

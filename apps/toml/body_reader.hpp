@@ -1,4 +1,5 @@
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -22,5 +23,7 @@ void read_body(TomlReader& r, kinematics::Body& body);
 /// From a file of a body, or from the [body] of a robot file; with what these extend. Errors: problems; lines are those
 /// of the file, or of one that it extends.
 LoadedBody load_body(const std::string& path);
+/// The text of such a file with all that it extends, for parse_body(). Nothing: it cannot be read.
+std::optional<std::string> body_text(const std::string& path);
 
 }  // namespace sinew::app

@@ -92,13 +92,16 @@ bool MessageStore::add_head(std::uint32_t sequence, rt::Time published, std::spa
 bool MessageStore::add_pixels(std::uint32_t sequence, rt::Time published, std::span<const std::byte> cdr) {
   const auto pixels = image_pixels(cdr);
   if (!pixels || pixels->size() > kMostPixels) return false;
-  Entry& entry = place(sequence, published, pixels->size());
-  auto* header = reinterpret_cast<rt::SlotHeader*>(entry.memory.get());
-  if (!pixels->empty())
-    std::memcpy(static_cast<msg::Image*>(header->message())->pixels(), pixels->data(), pixels->size());
-  entry.pixels = pixels->size();
-  settle(entry);
+  set_pixels(sequence, published, *pixels);
   return true;
+}
+
+void MessageStore::set_pixels(std::uint32_t sequence, rt::Time published, std::span<const std::byte> pixels) {
+  Entry& entry = place(sequence, published, pixels.size());
+  auto* header = reinterpret_cast<rt::SlotHeader*>(entry.memory.get());
+  if (!pixels.empty()) std::memcpy(static_cast<msg::Image*>(header->message())->pixels(), pixels.data(), pixels.size());
+  entry.pixels = pixels.size();
+  settle(entry);
 }
 
 void MessageStore::put(std::uint32_t sequence, const rt::SlotHeader& message) {

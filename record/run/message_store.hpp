@@ -35,6 +35,8 @@ class MessageStore {
   bool add_head(std::uint32_t sequence, rt::Time published, std::span<const std::byte> cdr);
   bool add_pixels(std::uint32_t sequence, rt::Time published, std::span<const std::byte> cdr);
 
+  void set_pixels(std::uint32_t sequence, rt::Time published, std::span<const std::byte> pixels);
+
   /// Copies a message from another source than the file; it is whole.
   void put(std::uint32_t sequence, const rt::SlotHeader& message);
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdlib>
 
+#include "math/hash.hpp"
 #include "msg/ros2msg.hpp"
 #include "record/ros2_schema.hpp"
 #include "record/run/run_messages.hpp"
@@ -175,8 +176,21 @@ void RecordedRun::take(const Message& m, rt::Time t) {
     good = stores_[topic].add_pixels(m.stamps.sequence, t, m.data);
   } else {
     good = stores_[topic].add_head(m.stamps.sequence, t, m.data);
+    if (good && pictures_) draw(topic, m, t);
   }
   if (!good) problems_.push_back({ProblemKind::bad_record, 0, "message of " + m.channel->topic});
+}
+
+void RecordedRun::draw(std::uint32_t topic, const Message& m, rt::Time t) {
+  ImageHead head;
+  if (!decode(m.data, head) || head.has_pixels) return;
+  const std::span<const std::byte> pixels = pictures_->pixels(topic, head);
+  const bool same = !pixels.empty() && math::hash64(pixels.data(), pixels.size()) == head.pixel_hash;
+  ++(same ? drawn_.same : pixels.empty() ? drawn_.missing : drawn_.differing);
+  if (same) return stores_[topic].set_pixels(m.stamps.sequence, t, pixels);
+  if (!drawn_.first_wrong.empty()) return;
+  drawn_.first_wrong = graph_.topics()[topic].name + ", image " + std::to_string(head.frame_number) + " at " +
+                       seconds_text(t) + (pixels.empty() ? ": cannot be drawn" : ": other pixels than were seen");
 }
 
 bool RecordedRun::push(LogItem item) {

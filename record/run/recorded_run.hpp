@@ -8,6 +8,7 @@
 
 #include "record/reader.hpp"
 #include "record/run/message_store.hpp"
+#include "record/run/replay.hpp"
 #include "record/run/step_log.hpp"
 #include "rt/graph.hpp"
 
@@ -66,12 +67,17 @@ class RecordedRun {
   }
   std::vector<FileProblem>& problems() { return problems_; }  // of the file, so far
 
+  /// Asks this source for pixels that the file does not have. Before begin().
+  void draw_with(PictureSource* pictures) { pictures_ = pictures; }
+  const DrawnPictures& drawn() const { return drawn_; }
+
  private:
   enum class What : std::uint8_t { steps, requests, states, message, image, image_head };
   void find_channels();
   bool same_type(const Channel& channel, const msg::TypeInfo& type);
   void read_until_due();
   void take(const Message& m, rt::Time t);
+  void draw(std::uint32_t topic, const Message& m, rt::Time t);
   bool push(LogItem item);
   void give(std::vector<LogItem>& items);
 
@@ -92,6 +98,8 @@ class RecordedRun {
   std::multiset<std::int64_t> earliest_;  // of the steps that wait
   std::vector<LoggedStep> batch_;
   std::uint64_t rounds_ = 0;
+  PictureSource* pictures_ = nullptr;
+  DrawnPictures drawn_;
   std::vector<FileProblem> problems_;
 };
 

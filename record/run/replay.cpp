@@ -44,6 +44,7 @@ class Replay {
     report.length = time_.length;
     report.midway = std::find(midway_.begin(), midway_.end(), true) != midway_.end();
     report.problems = std::move(run_.problems());
+    report.pictures = run_.drawn();
     for (auto& s : subjects_)
       if (s) report.modules.push_back(std::move(s->report));
     return report;
@@ -64,6 +65,7 @@ class Replay {
     for (std::uint32_t i = 0; i < graph_.modules().size(); ++i) choose(i);
     begin_midway();
     if (options_.from_s && reader_.statistics()) find_states(time_.after_start(*options_.from_s));
+    run_.draw_with(options_.pictures);
     run_.begin();
     return {};
   }

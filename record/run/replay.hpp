@@ -1,5 +1,6 @@
 #pragma once
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -22,6 +23,17 @@ class ReplayWatcher {
   virtual void compared(const ReplayedMessage& message) = 0;
 };
 
+struct ImageHead;
+
+/// Draws the pixels of images that a file has without them.
+class PictureSource {
+ public:
+  virtual ~PictureSource() = default;
+  /// Those of this image of this topic; empty: they cannot be had. Images of a topic come in the order of their
+  /// numbers. Valid until the next call.
+  virtual std::span<const std::byte> pixels(std::uint32_t topic, const ImageHead& head) = 0;
+};
+
 struct ReplayOptions {
   std::vector<std::string> modules{};  // none: all
   /// Each module begins after its last saved state before so many seconds of the record, or at its beginning if there
@@ -32,8 +44,9 @@ struct ReplayOptions {
   /// True: the replayed modules latch each other's new messages, under the recorded sequences. False, and for all other
   /// inputs: they latch recorded messages. See ReplayChain for steps that publish less or more.
   bool chain = false;
-  std::vector<std::string> keep{};   // "attitude.kp": recorded settings of these parameters are not taken
-  ReplayWatcher* watcher = nullptr;  // sees every pair; with it, as with chain, modules go on after a difference
+  std::vector<std::string> keep{};    // "attitude.kp": recorded settings of these parameters are not taken
+  PictureSource* pictures = nullptr;  // of images whose pixels the file does not have; null: steps go without them
+  ReplayWatcher* watcher = nullptr;   // sees every pair; with it, as with chain, modules go on after a difference
 };
 
 /// The first place where a module's steps differ from the record.
@@ -57,8 +70,15 @@ struct ReplayedModule {
   std::string stopped{};                         // why its steps end early in the file, or cannot begin
 };
 
+/// Images whose pixels came from a PictureSource. What differs from the recorded hash no step gets.
+struct DrawnPictures {
+  std::uint64_t same = 0, differing = 0, missing = 0;
+  std::string first_wrong{};  // "camera.raw, image 17 at 1.700000 s: ..."; empty: all are the same
+};
+
 struct ReplayReport {
   std::vector<ReplayedModule> modules{};
+  DrawnPictures pictures{};
   std::vector<FileProblem> problems{};  // of the file
   bool midway = false;                  // the file begins in the middle of its run: modules begin at saved states
   rt::Time start;                       // of the record

@@ -140,6 +140,7 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     auto sink = RunSink::open(graph_, description_, std::move(open_part),
                               {.files = options_.files,
                                .topics = options_.topics,
+                               .threads = options_.threads,
                                .rate_hz = options_.rate_hz,
                                .pixel_bytes_per_s = options_.pixel_bytes_per_s},
                               begin());
@@ -243,7 +244,9 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
   void step(const LoggedStep& s) override {
     now_ = std::max(now_, s.completed);
     ++entries_[s.thread];
-    each_sink([&](RunSink& sink) { sink.step(s); });
+    each_sink([&](RunSink& sink) {
+      if (sink.takes_thread(s.thread)) sink.step(s), put_held(sink, s);
+    });
     for (const LoggedStep::Output& out : s.outputs) {
       const std::uint32_t topic = graph_.modules()[s.module].topic[out.port];
       topics_[topic].newest = out.first + out.count - 1;
@@ -255,11 +258,31 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     if (auto why = trigger_.step(s)) happened(std::move(*why));
   }
 
+  /// Messages of threads whose steps the file does not have.
+  void put_held(RunSink& sink, const LoggedStep& s) {
+    for (const LoggedStep::Input& in : s.inputs) {
+      const std::uint32_t index = graph_.modules()[s.module].topic[in.port];
+      for (const std::uint32_t sequence : in.sequences) {
+        if (!sink.takes_held(index, sequence)) continue;
+        Topic& topic = topics_[index];
+        const rt::SlotHeader* slot = topic.reader->pin(sequence);
+        if (!slot) {
+          sink.lose(index, s.now);
+          continue;
+        }
+        sink.put(index, form(topic, *slot), s.now);
+        topic.reader->unpin();
+      }
+    }
+  }
+
   void request(const LoggedRequest& r) override {
     ++entries_[r.request.thread];
     flush_batch(r.request.thread);  // so that the file keeps their order
     encode(scratch_, r);
-    each_sink([&](RunSink& sink) { sink.request(r, scratch_.bytes()); });
+    each_sink([&](RunSink& sink) {
+      if (sink.takes_thread(r.request.thread)) sink.request(r, scratch_.bytes());
+    });
     trigger_.request(r);
     follow_param(r);
   }
@@ -281,19 +304,25 @@ class RunRecorder::Body final : public rt::RunObserver, StepLog::Visitor {
     ++entries_[s.thread];
     flush_batch(s.thread);
     encode(scratch_, s, layouts_[s.module]);
-    each_sink([&](RunSink& sink) { sink.state(s, scratch_.bytes()); });
+    each_sink([&](RunSink& sink) {
+      if (sink.takes_thread(s.thread)) sink.state(s, scratch_.bytes());
+    });
   }
 
   void lost(std::uint32_t thread, std::uint64_t entries) override {
     entries_[thread] += entries;
     flush_batch(thread);
-    each_sink([&](RunSink& sink) { sink.lost(thread, entries, now_); });
+    each_sink([&](RunSink& sink) {
+      if (sink.takes_thread(thread)) sink.lost(thread, entries, now_);
+    });
   }
 
   void flush_batch(std::uint32_t thread) {
     StepBatch& batch = batches_[thread];
     if (batch.empty()) return;
-    each_sink([&](RunSink& sink) { sink.steps(thread, batch); });
+    each_sink([&](RunSink& sink) {
+      if (sink.takes_thread(thread)) sink.steps(thread, batch);
+    });
     batch.clear();
   }
   void flush_batches() {

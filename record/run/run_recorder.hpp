@@ -18,6 +18,7 @@ struct RecorderOptions {
   // Of files, as SinkOptions:
   SplitOptions files{.writer = {.chunk_bytes = 256 * 1024}};
   std::vector<std::string> topics{};
+  std::vector<std::string> threads{};
   std::map<std::string, double> rate_hz{};
   double pixel_bytes_per_s = 5e6;
   /// Pace::follows: how much may wait in memory while the disk stalls. The memory is taken only while data waits.

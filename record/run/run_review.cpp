@@ -148,6 +148,7 @@ class Review {
   };
   struct Thread {
     std::string name;
+    bool recorded = true;    // its steps belong in the file
     std::uint64_t next = 0;  // order
     bool begun = false;
     msg::Time newest;  // completion
@@ -166,6 +167,8 @@ class Review {
 
   bool find_graph() {
     for (const auto& [key, name] : read_metadata(reader_, "sinew.threads")) threads_.emplace_back().name = name;
+    if (const auto some = result_.run.find(std::string(kThreadsKey)); some != result_.run.end())
+      for (Thread& t : threads_) t.recorded = (" " + some->second + " ").find(" " + t.name + " ") != std::string::npos;
     for (const auto& [key, name] : read_metadata(reader_, "sinew.modules")) modules_.emplace_back().name = name;
     const Texts graph = read_metadata(reader_, "sinew.graph");
     for (const auto& [key, value] : graph) {
@@ -379,6 +382,7 @@ class Review {
       std::vector<const TopicKept*> inputs;
       for (const std::size_t t : m.inputs) inputs.push_back(&topics_[t].kept);
       ModuleVerdict v{m.name, reasons(m.source, threads_[m.thread].lost, inputs), {}};
+      if (!threads_[m.thread].recorded) v.reasons.assign(1, not_recorded(threads_[m.thread].name));
       const bool later_file = result_.is_part && !edited_;  // its verdict is that of all
       if (later_file)
         v.from = v.reasons.empty() ? m.from : std::nullopt;

@@ -15,6 +15,12 @@ bool is_input(const rt::GraphModule& module, std::size_t port) {
   return module.declaration.ports[port].kind != PortKind::output && module.topic[port] != rt::kNone;
 }
 
+/// Also on the raw topic of a driver, which its steps latch.
+bool publishes(const rt::GraphModule& module, std::size_t port) {
+  const PortKind kind = module.declaration.ports[port].kind;
+  return module.topic[port] != rt::kNone && (kind == PortKind::output || kind == PortKind::raw);
+}
+
 }  // namespace
 
 std::uint64_t room_for(std::uint64_t bytes) { return bytes + bytes / 2 + 8 * 1024; }
@@ -55,6 +61,12 @@ RunSink::RunSink(const rt::Graph& graph, const RunDescription& description, cons
       t.kept.rate_hz = rate->second;
     t.is_image = about.type->has_bulk();
   }
+  for (const rt::GraphThread& thread : graph.threads())
+    threads_.push_back(options.threads.empty() || std::find(options.threads.begin(), options.threads.end(),
+                                                            thread.spec.name) != options.threads.end());
+  for (const rt::GraphModule& m : graph.modules())
+    for (std::size_t p = 0; p < m.topic.size(); ++p)
+      if (publishes(m, p) && !m.external && !threads_[m.thread]) topics_[m.topic[p]].kept.held_only = true;
 }
 
 hal::Result<std::unique_ptr<RunSink>> RunSink::open(const rt::Graph& graph, const RunDescription& description,
@@ -80,6 +92,11 @@ hal::Status RunSink::begin_file(Writer& w, unsigned part) {
   Texts modules, threads, chains, run = description_.run;
   run["unix_ns"] = std::to_string(description_.unix_ns);
   run["part"] = std::to_string(part);
+  if (std::find(threads_.begin(), threads_.end(), false) != threads_.end()) {
+    std::string& names = run[std::string(kThreadsKey)];
+    for (std::size_t i = 0; i < threads_.size(); ++i)
+      if (threads_[i]) names += (names.empty() ? "" : " ") + graph_.threads()[i].spec.name;
+  }
   for (std::size_t i = 0; i < graph_.modules().size(); ++i)
     modules.emplace(number_key(i), graph_.modules()[i].spec.name);
   for (std::size_t i = 0; i < graph_.threads().size(); ++i)
@@ -145,6 +162,7 @@ hal::Status RunSink::add_channels() {
     if (!t.kept.wanted) continue;
     about.clear();
     if (t.kept.rate_hz > 0) about["rate_hz"] = rt::format_number(t.kept.rate_hz);
+    if (t.kept.held_only) about["only"] = "held by recorded steps";
     const msg::TypeInfo& type = *graph_.topics()[i].type;
     if (!t.is_image) {
       if (auto s = channel(t.kept.name, msg::ros2_name(type), msg::ros2msg_schema(type), t.channel); !s) return s;
@@ -174,7 +192,18 @@ bool RunSink::note(const hal::Status& written) {
 
 bool RunSink::takes(std::uint32_t topic, rt::Time at) {
   Topic& t = topics_[topic];
-  return t.kept.wanted && (t.kept.rate_hz <= 0 || due(t.next, t.kept.rate_hz, at));
+  return t.kept.wanted && !t.kept.held_only && (t.kept.rate_hz <= 0 || due(t.next, t.kept.rate_hz, at));
+}
+
+bool RunSink::takes_held(std::uint32_t topic, std::uint32_t sequence) {
+  constexpr std::size_t kMostHeld = 256;  // more than any queue holds
+  Topic& t = topics_[topic];
+  if (!t.kept.wanted || !t.kept.held_only) return false;
+  if (t.held_part != writer_->part()) t.held.clear(), t.held_part = writer_->part();
+  if (std::find(t.held.rbegin(), t.held.rend(), sequence) != t.held.rend()) return false;
+  if (t.held.size() == kMostHeld) t.held.pop_front();
+  t.held.push_back(sequence);
+  return true;
 }
 
 void RunSink::put(std::uint32_t topic, const SinkMessage& message, rt::Time at) {
@@ -303,6 +332,7 @@ std::vector<ModuleVerdict> RunSink::verdict() const {
     for (std::size_t p = 0; p < m.topic.size(); ++p)
       if (is_input(m, p)) inputs.push_back(&topics_[m.topic[p]].kept);
     ModuleVerdict v{m.spec.name, reasons(m.external != nullptr, lost_entries_[m.thread], inputs), {}};
+    if (!threads_[m.thread]) v.reasons.assign(1, not_recorded(graph_.threads()[m.thread].spec.name));
     if (beginning_.midway && stepped_[i]) begins_at(v, from_[i]);
     all.push_back(std::move(v));
   }

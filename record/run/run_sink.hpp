@@ -1,4 +1,5 @@
 #pragma once
+#include <deque>
 #include <map>
 #include <memory>
 #include <optional>
@@ -38,7 +39,9 @@ struct Beginning {
 
 struct SinkOptions {
   SplitOptions files{.writer = {.chunk_bytes = 256 * 1024}};
-  std::vector<std::string> topics{};                   // none: all
+  std::vector<std::string> topics{};  // none: all
+  /// Only the steps of these threads; none: all. Of topics of other threads only messages that such a step held.
+  std::vector<std::string> threads{};
   std::map<std::string, double> rate_hz{};             // at most so many messages of a topic per second
   double pixel_bytes_per_s = 5e6;                      // images beyond it are recorded without their pixels
   bool pixels_saved = true;                            // of a second, at the beginning
@@ -65,7 +68,10 @@ class RunSink {
 
   /// True if a message of this topic and time belongs in here; then put() or lose() it. Ask once for each message.
   bool takes(std::uint32_t topic, rt::Time at);
-  bool takes_all(std::uint32_t topic) const { return topics_[topic].kept.wanted && topics_[topic].kept.rate_hz <= 0; }
+  bool takes_all(std::uint32_t topic) const {
+    const TopicKept& kept = topics_[topic].kept;
+    return kept.wanted && kept.rate_hz <= 0 && !kept.held_only;
+  }
   void put(std::uint32_t topic, const SinkMessage& message, rt::Time at);
   void lose(std::uint32_t topic, rt::Time at) { topics_[topic].kept.lost.add(1, at); }
   /// A message published before the beginning that may be latched after it. Oldest first.
@@ -76,6 +82,11 @@ class RunSink {
   /// Messages published up to this sequence are not in the file.
   void lacks_until(std::uint32_t topic, std::uint32_t sequence) { topics_[topic].first = sequence + 1; }
 
+  /// Steps, requests and states of this thread belong in here; of others the sink must not be told.
+  bool takes_thread(std::uint32_t thread) const { return threads_[thread]; }
+  /// True if a step of this file held this message of a thread that does not belong in here, and the file does not
+  /// have it. Ask once for each message; then put() or lose() it.
+  bool takes_held(std::uint32_t topic, std::uint32_t sequence);
   void step(const LoggedStep& step);  // before its messages; its bytes come with a batch
   void steps(std::uint32_t thread, const StepBatch& batch);
   void request(const LoggedRequest& request, std::span<const std::byte> bytes);
@@ -90,6 +101,7 @@ class RunSink {
   /// True while the file, or the present one of several, begins midway and lacks a state of the module from which its
   /// steps can be executed again.
   bool needs_state(std::uint32_t module) const {
+    if (!threads_[graph_.modules()[module].thread]) return false;
     return (beginning_.midway && !from_[module]) || state_part_[module] < writer_->part();
   }
 
@@ -124,6 +136,8 @@ class RunSink {
     std::optional<std::uint32_t> first;   // midway: from here on messages are in the file, or counted
     std::optional<std::uint32_t> older;   // the last one of put_older()
     rt::Time next;                        // rate_hz: earliest time of the next message
+    std::deque<std::uint32_t> held{};     // TopicKept::held_only: the newest messages that the file has
+    unsigned held_part = 0;               // of a split recording, the file that has them
   };
 
   RunSink(const rt::Graph& graph, const RunDescription& description, const SinkOptions& options, Beginning beginning);
@@ -148,6 +162,7 @@ class RunSink {
   std::vector<std::optional<rt::Time>> from_;  // per module, midway: the state where a replay can begin
   std::vector<unsigned> state_part_;           // per module: of several files the one that has its newest state
   std::vector<bool> stepped_;                  // per module
+  std::vector<bool> threads_;                  // per thread: takes_thread()
   std::vector<std::uint64_t> written_;         // per thread: order of the entry that is written next
   rt::Time newest_;                            // of the steps
   std::optional<SplitWriter> writer_;

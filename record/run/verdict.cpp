@@ -36,6 +36,10 @@ std::vector<std::string> reasons(bool source, const Losses& steps, std::span<con
   return why;
 }
 
+std::string not_recorded(std::string_view thread) {
+  return "steps of the thread " + std::string(thread) + " are not recorded";
+}
+
 void begins_at(ModuleVerdict& verdict, std::optional<msg::Time> state) {
   if (!verdict.reasons.empty()) return;
   verdict.from = state;

@@ -38,8 +38,9 @@ inline constexpr std::string_view kBeginName = "sinew.begin", kFromName = "sinew
 /// The part of a topic that a file keeps.
 struct TopicKept {
   std::string name;
-  bool wanted = true;  // recorded at all
-  double rate_hz = 0;  // at most; 0: all
+  bool wanted = true;      // recorded at all
+  double rate_hz = 0;      // at most; 0: all
+  bool held_only = false;  // only the messages that a recorded step held
   Losses lost, without_pixels;
 };
 
@@ -48,6 +49,11 @@ bool due(msg::Time& next, double rate_hz, msg::Time at);
 
 /// `source`: the module takes messages from outside; `steps`: losses of its thread's steps.
 std::vector<std::string> reasons(bool source, const Losses& steps, std::span<const TopicKept* const> inputs);
+
+/// In the metadata "sinew.run" of a file that has not the steps of all threads: those whose it has, by spaces.
+inline constexpr std::string_view kThreadsKey = "recorded_threads";
+/// Why modules of a thread whose steps are not recorded cannot be executed again.
+std::string not_recorded(std::string_view thread);
 
 std::string to_text(const ModuleVerdict& verdict);            // "replayable", "replayable from 1.500 s on", reasons
 std::string to_text(const Losses& losses, const char* what);  // "3 messages from 1.500 s on"

@@ -332,7 +332,9 @@ Status RobotSession::begin_frame(Camera& camera) {
   frame.meta.exposure_ns = kExposureNs;
   frame.meta.number = camera.frames;
   const auto pixels = faults.any() ? faults.canvas() : frame.slot.pixels;
-  camera.feed->request(robot_->scene(camera.number), camera.frames, pixels.data());
+  const Scene scene = robot_->scene(camera.number);
+  if (options_.scenes) options_.scenes->picture(number_, camera.number, camera.frames, frame.meta.stamp, scene);
+  camera.feed->request(scene, camera.frames, pixels.data());
   camera.pending = frame;
   return {};
 }

@@ -9,6 +9,21 @@ constexpr double kRoundTheBall_m = 0.3;
 constexpr double kAimMiddle_m = 2.5;   // from farther away the middle of the goal is good enough
 constexpr double kBesidePost_m = 0.2;  // of the aim
 
+constexpr double kAside_rad[] = {0, 0.5, -0.5, 1, -1};
+constexpr double kSameWay_rad = 0.35;
+
+/// How far a ball rolls that way until it comes to somebody.
+double free_way_m(const FieldPoint& ball, double way_rad, std::span<const Round> others, double keep_m) {
+  const FieldAt along{ball.x_m, ball.y_m, way_rad};
+  double free_m = math::kInf;
+  for (const Round& r : others) {
+    const FieldPoint p = along.in(r.at.x_m, r.at.y_m);
+    if (p.x_m > 0 && math::fabs(p.y_m) < r.radius_m + keep_m)
+      free_m = std::min(free_m, std::max(0.0, p.x_m - r.radius_m));
+  }
+  return free_m;
+}
+
 double side_of(msg::Foot foot) { return foot == msg::Foot::left ? 1 : -1; }
 
 /// Walking there: straight, and round the ball where it lies in between.
@@ -66,21 +81,30 @@ FieldAt stand_for(const KickKind& kind, msg::Foot foot, const FieldPoint& ball, 
   return {ball.x_m - at.x_m, ball.y_m - at.y_m, heading};
 }
 
-ChosenKick choose_kick(const FieldAt& robot, const FieldPoint& ball, double aim_rad, bool opponent_near,
+ChosenKick choose_kick(const FieldAt& robot, const FieldPoint& ball, double aim_rad, std::span<const Round> others,
                        const ChosenKick* before, const KickOptions& o) {
+  const bool hurry =
+      std::ranges::any_of(others, [&](const Round& r) { return length_m(r.at - ball) - r.radius_m < o.near_m; });
+  double most_m = 0;
+  for (const KickKind& kind : o.kinds) most_m = std::max(most_m, kind.rolls_m);
   ChosenKick best;
-  for (std::uint32_t k = 0; k < o.kinds.size(); ++k) {
-    const KickKind& kind = o.kinds[k];
-    if (kind.rolls_m <= 0) continue;
-    for (const msg::Foot foot : {msg::Foot::left, msg::Foot::right}) {
-      ChosenKick c{k, foot, stand_for(kind, foot, ball, aim_rad)};
-      // What it does not roll has to be walked behind the ball.
-      double most_m = 0;
-      for (const KickKind& other : o.kinds) most_m = std::max(most_m, other.rolls_m);
-      c.cost_s = time_to_s(robot, c.from, ball, o) + (opponent_near ? o.hurry : 1) * kind.lasts_s +
-                 (most_m - kind.rolls_m) / o.walk_mps;
-      if (before && before->cost_s < math::kInf && before->kind == k && before->foot == foot) c.cost_s -= o.keeps_s;
-      if (c.cost_s < best.cost_s) best = c;
+  for (const double aside_rad : kAside_rad) {
+    const double way_rad = aim_rad + aside_rad;
+    const double free_m = free_way_m(ball, way_rad, others, o.blocked_m);
+    for (std::uint32_t k = 0; k < o.kinds.size(); ++k) {
+      const KickKind& kind = o.kinds[k];
+      if (kind.rolls_m <= 0) continue;
+      for (const msg::Foot foot : {msg::Foot::left, msg::Foot::right}) {
+        ChosenKick c{k, foot, stand_for(kind, foot, ball, way_rad)};
+        // What it does not roll ahead has to be walked behind the ball.
+        const double ahead_m = std::min(kind.rolls_m, free_m) * math::cos(aside_rad);
+        c.cost_s =
+            time_to_s(robot, c.from, ball, o) + (hurry ? o.hurry : 1) * kind.lasts_s + (most_m - ahead_m) / o.walk_mps;
+        const bool same = before && before->cost_s < math::kInf && before->kind == k && before->foot == foot &&
+                          turn_between_rad(before->from, c.from) < kSameWay_rad;
+        if (same) c.cost_s -= o.keeps_s;
+        if (c.cost_s < best.cost_s) best = c;
+      }
     }
   }
   return best;

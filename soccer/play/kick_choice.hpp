@@ -24,6 +24,7 @@ struct KickOptions {
   double walk_mps = 0.2, turn_radps = 0.8;  // of the way to where it kicks
   double near_m = 0.8;                      // an opponent that is so near to the ball does not wait for a slow kick
   double hurry = 2;                         // then a second of the kick itself counts so much
+  double blocked_m = 0.12;                  // from the ball's way to somebody's edge: nearer, it does not pass
   double keeps_s = 1.5;                     // another kick must be so much better than the chosen one
 };
 
@@ -39,9 +40,10 @@ struct ChosenKick {
 /// front of; the middle of the goal from far away. `others`: frame "field".
 double aim_rad(const FieldPoint& ball, const Field& field, std::span<const Round> others);
 
-/// The kick that brings the ball along `aim_rad` soonest: time to walk and turn there, and of the kick. `before`: the
-/// one chosen last, kept unless another one is clearly better; null: none.
-ChosenKick choose_kick(const FieldAt& robot, const FieldPoint& ball, double aim_rad, bool opponent_near,
+/// The kick that brings the ball along `aim_rad` soonest, straight or aside of it where somebody stands before the
+/// ball: time to walk and turn there, of the kick, and to walk the way that the ball is not brought ahead. `others`:
+/// frame "field". `before`: the one chosen last, kept unless another one is clearly better; null: none.
+ChosenKick choose_kick(const FieldAt& robot, const FieldPoint& ball, double aim_rad, std::span<const Round> others,
                        const ChosenKick* before, const KickOptions& options);
 
 /// Where to stand so that `kind` with `foot` sends a ball that lies at `ball` along `aim_rad`.

@@ -13,7 +13,6 @@ namespace {
 enum Kinds : std::size_t { kForward, kOutward, kStepForward, kStepOutward };
 
 constexpr double kSecondHand_s = 6;  // what the team knows of the ball is followed for so long
-constexpr double kOpponentBall_m = 0.8;
 
 double age_s(rt::Time then, rt::Time now) { return then.ns > 0 ? msg::seconds(now - then) : math::kInf; }
 
@@ -32,7 +31,8 @@ void PlaySoccer::declare(rt::Declaration& d) {
   d.out("gaze", gaze_);
   d.out("state", state_);
   d.state(progress_, chosen_, ball_before_, asked_);
-  d.param("number", number_, {.min = 0, .max = 10, .doc = "of its place before a kick-off; 0: in the goal"});
+  d.param("player", player_,
+          {.min = 1, .max = 11, .doc = "its number in the team, for its place before a kick-off; 1: in the goal"});
   d.param("role", role_,
           {.min = 0, .max = 3, .doc = "that it plays where no team says one: 1 striker, 2 supporter, 3 goalie"});
   WalkLimits& w = options_.walk;
@@ -91,7 +91,7 @@ void PlaySoccer::read_world(rt::Time now) {
   b.options = &options_;
   b.field = &field_;
   b.now_s = 1e-9 * static_cast<double>(now.ns);
-  b.number = static_cast<std::uint32_t>(number_);
+  b.player = static_cast<std::uint32_t>(player_);
   b.chosen = chosen_;
   b.ball_before = ball_before_;
   if (const msg::RefereeState* said = referee_.fresh(now)) {
@@ -124,7 +124,6 @@ void PlaySoccer::read_world(rt::Time now) {
     for (std::uint32_t i = 0; i < seen->obstacles && b.others_n < b.others.size(); ++i) {
       const msg::Obstacle& o = seen->obstacle[i];
       b.others[b.others_n++] = {{o.x_m, o.y_m}, o.radius_m};
-      if (length_m(FieldPoint{o.x_m, o.y_m} - b.ball) < kOpponentBall_m) b.opponent_near = true;
     }
 }
 

@@ -25,7 +25,7 @@ class PlaySoccer final : public rt::Module {
   const Field field_;
   PlayOptions options_;
   behaviour::Tree<PlayBoard> tree_;
-  std::int64_t force_ = 0, number_ = 0, role_ = 1;
+  std::int64_t force_ = 0, player_ = 2, role_ = 1;
   double kick_x_m_ = 0.15, kick_y_m_ = 0.05, step_kick_x_m_ = 0.19, step_kick_y_m_ = 0.05, out_x_m_ = 0, out_y_m_ = 0.2;
 
   rt::In<msg::FieldPose> pose_;

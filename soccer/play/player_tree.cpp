@@ -13,8 +13,10 @@ using msg::SoccerRole;
 
 constexpr double kBall_m = 0.07, kLooksDown_rad = 0.35, kSweep_rad = 1.2, kSweep_s = 3;
 constexpr double kGlance_s = 0.9, kGlanceEach_s = 2.6;  // away from a ball that is not near
+constexpr double kFollow_mps = 0.1, kFollow_s = 0.8;
 constexpr double kNearBall_m = 0.6;
-constexpr double kBallRadius_m = 0.12;  // that is not to be touched on the way round it
+constexpr double kPost_m = 0.05, kNet_m = 0.3;  // a post, and how far behind it the net is kept off, too
+constexpr double kBallRadius_m = 0.12;          // that is not to be touched on the way round it
 
 double ball_m(const PlayBoard& b) { return length_m(b.ball); }
 bool sees_ball(const PlayBoard& b) { return b.ball_age_s < b.options->ball_old_s && !b.ball_gone; }
@@ -48,9 +50,13 @@ void look(PlayBoard& b) { sees_ball(b) ? look_at_ball(b) : sweep(b); }
 void stand(PlayBoard& b) { b.walk = {}; }
 
 void go_to(PlayBoard& b, const FieldAt& place, bool round_ball) {
-  std::array<Round, 13> rounds;
+  std::array<Round, 13 + 8> rounds;
   std::size_t n = 0;
   for (; n < b.others_n; ++n) rounds[n] = b.others[n];
+  if (b.found)
+    for (const FieldPoint& post : b.field->posts())
+      for (const double behind_m : {0.0, kNet_m})
+        rounds[n++] = {b.self.in(post.x_m + math::copysign(behind_m, post.x_m), post.y_m), kPost_m};
   if (round_ball && sees_ball(b)) rounds[n++] = {b.ball, kBallRadius_m - b.options->walk.margin_m + 0.1};
   b.walk = walk_to(b.self.way_to(place), std::span(rounds).first(n), b.options->walk);
 }
@@ -66,7 +72,7 @@ void choose(PlayBoard& b) {
   for (std::size_t i = 0; i < b.others_n; ++i)
     others[i] = {b.self.out(b.others[i].at.x_m, b.others[i].at.y_m), b.others[i].radius_m};
   const double aim = aim_rad(b.ball_at, *b.field, std::span(others).first(b.others_n));
-  b.chosen = choose_kick(b.self, b.ball_at, aim, b.opponent_near, &b.chosen, b.options->kicks);
+  b.chosen = choose_kick(b.self, b.ball_at, aim, std::span(others).first(b.others_n), &b.chosen, b.options->kicks);
 }
 
 void ask_for_kick(PlayBoard& b) {
@@ -118,7 +124,7 @@ void add_game(behaviour::Tree<PlayBoard>& tree) {
       .act([](PlayBoard& b, const Here&) {
         look(b);
         if (b.found)
-          go_to(b, ready_place(b.number, b.kick_of != msg::GameKick::other, *b.field), true);
+          go_to(b, ready_place(b.player, b.kick_of != msg::GameKick::other, *b.field), true);
         else
           b.walk = {0, 0, b.options->search_turn_radps};
       })
@@ -172,9 +178,11 @@ void add_play(behaviour::Tree<PlayBoard>& tree) {
 
 void add_striker(behaviour::Tree<PlayBoard>& tree) {
   auto& striker = tree.option("striker");
+  static constexpr auto no_ball = [](const PlayBoard& b, Look& look) {
+    return look("ball_age_s", std::min(b.ball_age_s, 999.0)) > b.options->ball_old_s || look("ball_gone", b.ball_gone);
+  };
   static constexpr auto lost = [](const PlayBoard& b, Look& look) {
-    return look("ball_age_s", std::min(b.ball_age_s, 999.0)) > b.options->ball_old_s ||
-           look("ball_gone", b.ball_gone) || !look("found", b.found);
+    return no_ball(b, look) || !look("found", b.found);
   };
   striker.state("search").calls("search").to("approach", "sees_ball",
                                              [](const PlayBoard& b, Look& look) { return !lost(b, look); });
@@ -196,7 +204,7 @@ void add_striker(behaviour::Tree<PlayBoard>& tree) {
         choose(b);
         go_to(b, b.chosen.from, false);
       })
-      .to("search", "lost_ball", lost)
+      .to("search", "lost_ball", no_ball)
       .to("kick", "at_place",
           [](const PlayBoard& b, Look& look) { return at_place(b, look, b.chosen.from, b.options->near_place_m); })
       .to("approach", "ball_moved", [](const PlayBoard& b, Look& look) {
@@ -210,11 +218,18 @@ void add_striker(behaviour::Tree<PlayBoard>& tree) {
         look_at_ball(b);
         if (here.in_state_s == 0) ask_for_kick(b);
       })
-      .to("search", "done",
+      .to("follow", "done",
           [](const PlayBoard& b, Look& look) {
             return look.in_state_s() > 0.2 && (look("kick_done", b.kick_done) || look("kick_failed", b.kick_failed));
           })
-      .to("search", "too_long", [](const PlayBoard&, Look& look) { return look.in_state_s() > 6; });
+      .to("follow", "too_long", [](const PlayBoard&, Look& look) { return look.in_state_s() > 6; });
+  // A body that has just kicked sways: it goes on gently before it turns or goes back.
+  striker.state("follow")
+      .act([](PlayBoard& b, const Here&) {
+        b.walk = {kFollow_mps, 0, 0};
+        look_at_ball(b);
+      })
+      .to("search", "calm", [](const PlayBoard&, Look& look) { return look.in_state_s() > kFollow_s; });
 
   auto& search = tree.option("search");
   search.state("look_around")
@@ -315,14 +330,14 @@ void add_others(behaviour::Tree<PlayBoard>& tree) {
 
 }  // namespace
 
-FieldAt ready_place(std::uint32_t number, bool own_kick_off, const Field& field) {
+FieldAt ready_place(std::uint32_t player, bool own_kick_off, const Field& field) {
   const FieldSize& s = field.size();
-  switch (number) {
-    case 0:  // in its goal
+  switch (player) {
+    case 1:  // in its goal
       return {-0.5 * s.length_m + 0.3, 0, 0};
-    case 1:
-      return {own_kick_off ? -0.45 : -s.circle_radius_m - 0.45, 0, 0};
     case 2:
+      return {own_kick_off ? -0.45 : -s.circle_radius_m - 0.45, 0, 0};
+    case 3:
       return {-0.25 * s.length_m, 0.2 * s.width_m, 0};
     default:
       return {-0.25 * s.length_m, -0.2 * s.width_m, 0};

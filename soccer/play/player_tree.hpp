@@ -34,7 +34,7 @@ struct PlayBoard {
   msg::GameKick kick_of = msg::GameKick::any;
   bool penalised = false, on_feet = false, may_move = false, found = false;
   msg::SoccerRole role = msg::SoccerRole::striker;
-  std::uint32_t number = 0;  // of the robot in its team, from 0
+  std::uint32_t player = 1;  // its number in the team
   FieldAt self{};
   FieldPoint ball{0, 0};      // by its own eyes
   FieldPoint ball_mps{0, 0};  // over the ground, axes of "robot"
@@ -45,7 +45,6 @@ struct PlayBoard {
   FieldPoint ball_before{0, 0};    // at the last "set"
   std::array<Round, 12> others{};  // frame "robot"
   std::size_t others_n = 0;
-  bool opponent_near = false;  // to the ball
   bool kick_done = false, kick_failed = false;
 
   // Written.
@@ -61,8 +60,8 @@ struct PlayBoard {
 /// Adds the options of a player: game, play, striker, search, supporter, goalie.
 void add_player(behaviour::Tree<PlayBoard>& tree);
 
-/// The place of robot `number` for its own or the others' kick-off. Frame "field".
-FieldAt ready_place(std::uint32_t number, bool own_kick_off, const Field& field);
+/// The place of a player for its own or the others' kick-off. Frame "field".
+FieldAt ready_place(std::uint32_t player, bool own_kick_off, const Field& field);
 /// Where the goalie stands against a ball, and where the supporter waits.
 FieldAt goalie_place(const FieldPoint& ball, const Field& field);
 FieldAt supporter_place(const FieldPoint& ball, const Field& field, double behind_m);

@@ -2,6 +2,7 @@
 // The way to a place, round what stands there. Frame: "robot" of msg/soccer.hpp. Thread:  any.   RT: yes.
 #include <span>
 
+#include "math/elementary.hpp"
 #include "soccer/world/field_at.hpp"
 
 namespace sinew::soccer {

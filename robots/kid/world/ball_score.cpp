@@ -13,8 +13,17 @@ constexpr double kTurnsHead_s = 2;      // until what is seen counts: it gets on
 }  // namespace
 
 void BallScore::look(const BallTruth& ball, bool touched, const kinematics::Pose& camera, bool looks, double now_s) {
+  constexpr double kKick_mps = 0.5, kSlow_mps = 0.3;
   const double before_mps = mps_;
   mps_ = math::hypot(ball.v_mps.x, ball.v_mps.y);
+  if (touched) ball_s_ += now_s - looked_at_s_;
+  looked_at_s_ = now_s;
+  if (touched && !rolls_ && mps_ >= kKick_mps) {
+    rolls_ = true;
+    ++kicks_;
+  } else if (!touched || mps_ < kSlow_mps) {
+    rolls_ = false;
+  }
   if (touched && touched_s_ < 0) {
     touched_s_ = now_s;
     came_mps_ = before_mps;
@@ -40,6 +49,8 @@ void BallScore::add_to(JsonObject& j) const {
   if (touched()) {
     j.number("ball_came_mps", came_mps_);
     j.number("ball_left_mps", left_mps_);
+    j.integer("kicks", kicks_);
+    j.number("ball_s", ball_s_);
   }
   j.number("ball_mps", mps_);
   if (looks_ > 0) {

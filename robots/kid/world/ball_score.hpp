@@ -16,9 +16,14 @@ class BallScore {
 
   bool touched() const { return touched_s_ >= 0; }
   double left_mps() const { return left_mps_; }
+  /// So often the ball became faster than 0.5 m/s while this robot had touched it last.
+  std::uint64_t kicks() const { return kicks_; }
   void add_to(JsonObject& j) const;
 
  private:
+  std::uint64_t kicks_ = 0;
+  bool rolls_ = false;                   // by its kick
+  double ball_s_ = 0, looked_at_s_ = 0;  // so long it was the last one at the ball; the last look
   double touched_s_ = -1, came_mps_ = 0, left_mps_ = 0, mps_ = 0;
   double off_axis_rad_ = 0, most_off_axis_rad_ = 0, looked_s_ = -1;  // sum, largest; since when it looks
   std::uint64_t looks_ = 0;

@@ -1,6 +1,7 @@
 #include "robots/kid/world/game.hpp"
 
 #include <algorithm>
+#include <cstdio>
 
 #include "sim_hil/worlds/json_object.hpp"
 
@@ -84,7 +85,15 @@ void Game::add_to(JsonObject& report) const {
   game.integer("goals_of_blue", static_cast<std::uint64_t>(referee_.score()[0]));
   game.integer("goals_of_red", static_cast<std::uint64_t>(referee_.score()[1]));
   game.integer("decisions", decisions());
-  std::vector<std::string> log;
+  std::vector<std::string> goals, log;
+  for (const Referee::Decision& d : referee_.log()) {
+    if (d.kind != Referee::Decision::Kind::goal || goals.size() == kReported) continue;
+    char goal[96];
+    std::snprintf(goal, sizeof goal, R"({"at_s":%.3f,"team":%d,"robot":%d})", 1e-9 * static_cast<double>(d.at_ns),
+                  d.team, d.robot);
+    goals.emplace_back(goal);
+  }
+  game.list("goals", goals);
   for (const Referee::Decision& d : referee_.log().last(std::min(kReported, decisions())))
     log.push_back('"' + to_string(d) + '"');
   game.list("log", log);

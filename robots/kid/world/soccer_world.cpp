@@ -158,6 +158,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     j.integer("physics_warnings", pitch_.trouble());
     j.boolean("at_rest", still());
     j.boolean("motors_stopped", !driven());
+    if (game_) j.integer("penalties", game_->penalties(number_));
     if (game_) game_->add_to(j);
   }
   Verdict verdict() const override {

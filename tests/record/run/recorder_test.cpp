@@ -15,6 +15,7 @@
 #include "record/check.hpp"
 #include "record/reader.hpp"
 #include "record/run/run_messages.hpp"
+#include "record/run/run_review.hpp"
 #include "recorded_robot.hpp"
 #include "rt/exec/real_time_executor.hpp"
 
@@ -111,6 +112,35 @@ TEST_F(Recorded, ImagesComeBackFromTheFormThatOthersKnowAndTheirHead) {
     msg::add_to_hash(h, msg::type_info<msg::Image>(), &*image);
   });
   EXPECT_EQ(h.value(), hash("pictures.image"));
+}
+
+TEST_F(Recorded, OfSomeThreadsKeepsTheirStepsAndOnlyWhatTheseHeld) {
+  RecorderOptions some;
+  some.threads = {"slow"};
+  const auto recorder = fly(400ms, some);
+  auto reader = read();
+  std::set<std::uint32_t> held, there;
+  std::vector<LoggedStep> batch;
+  each(*reader, kStepsTopic, [&](const Message& m) {
+    ASSERT_TRUE(decode(m.data, batch));
+    for (const LoggedStep& s : batch) {
+      EXPECT_EQ(robot.graph().threads()[s.thread].spec.name, "slow");
+      for (const LoggedStep::Input& in : s.inputs) held.insert(in.sequences.begin(), in.sequences.end());
+    }
+  });
+  each(*reader, "numbers.out", [&](const Message& m) { EXPECT_TRUE(there.insert(m.stamps.sequence).second); });
+  EXPECT_GT(held.size(), 50u);
+  EXPECT_LT(held.size(), 390u) << "the queue is too short for all 400";
+  EXPECT_EQ(there, held);
+  each(*reader, "pictures.image/head", [](const Message&) { ADD_FAILURE() << "nobody held it"; });
+  for (const ModuleVerdict& v : recorder->verdict())
+    EXPECT_EQ(to_text(v), v.module == "sums"       ? "replayable"
+                          : v.module == "numbers"  ? "steps of the thread fast are not recorded"
+                          : v.module == "guardian" ? "steps of the thread guardian are not recorded"
+                                                   : "steps of the thread view are not recorded")
+        << v.module;
+  const RunReview seen = review(*reader);
+  EXPECT_THAT(seen.differences, IsEmpty());
 }
 
 TEST_F(Recorded, EveryStepIsThereWithWhatItHeld) {

@@ -109,6 +109,46 @@ TEST_F(ReplayTest, WhatIsMissingStopsThoseWhoNeedItAndIsNamed) {
   EXPECT_EQ(of(report, "pictures").not_compared, 18u);
 }
 
+class Drawn final : public PictureSource {
+ public:
+  std::span<const std::byte> pixels(std::uint32_t, const ImageHead&) override {
+    return next < all.size() ? std::span<const std::byte>(all[next++]) : std::span<const std::byte>();
+  }
+  std::vector<Bytes> all;
+  std::size_t next = 0;
+};
+
+TEST_F(ReplayTest, PixelsThatTheFileLacksComeFromASourceIfTheyHaveTheRecordedHash) {
+  fly(200ms);
+  Drawn drawn;
+  const Bytes without = rewritten([&](const Message& m, Bytes& data) {
+    if (m.channel->topic == "pictures.image/head") data.back() = std::byte{0};  // has_pixels
+    if (m.channel->topic != "pictures.image") return true;
+    const auto pixels = image_pixels(data);
+    EXPECT_TRUE(pixels);
+    drawn.all.emplace_back(pixels->begin(), pixels->end());
+    return false;
+  });
+  EXPECT_THAT(of(again(*read(without)), "looks").stopped, HasSubstr("not in the file"));
+  const ReplayReport same = again(*read(without), {.pictures = &drawn});
+  EXPECT_EQ(same.pictures.same, 20u);
+  EXPECT_EQ(same.pictures.first_wrong, "");
+  EXPECT_TRUE(same.complete());
+  EXPECT_EQ(same.first_difference(), nullptr);
+  EXPECT_EQ(of(same, "looks").steps, 20u);
+
+  drawn.next = 0;
+  drawn.all[5][3] ^= std::byte{1};
+  drawn.all.pop_back();
+  const ReplayReport other = again(*read(without), {.pictures = &drawn});
+  EXPECT_EQ(other.pictures.same, 18u);
+  EXPECT_EQ(other.pictures.differing, 1u);
+  EXPECT_EQ(other.pictures.missing, 1u);
+  EXPECT_THAT(other.pictures.first_wrong, HasSubstr("pictures.image, image"));
+  EXPECT_THAT(other.pictures.first_wrong, HasSubstr("other pixels than were seen"));
+  EXPECT_THAT(of(other, "looks").stopped, HasSubstr("not in the file"));
+}
+
 TEST_F(ReplayTest, OneFlippedBitIsNamed) {
   fly(200ms);
   std::uint32_t at = 0;

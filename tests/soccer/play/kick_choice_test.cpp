@@ -33,12 +33,12 @@ TEST(KickChoice, WhereItStandsTheBallLiesBeforeTheFootAndGoesWhereItIsAimed) {
 
 TEST(KickChoice, TheFootThatIsNearerKicks) {
   const KickOptions o = four_kicks();
-  EXPECT_EQ(choose_kick({0, -0.1, 0}, {0.5, 0}, 0, false, nullptr, o).foot, msg::Foot::left);
-  EXPECT_EQ(choose_kick({0, 0.1, 0}, {0.5, 0}, 0, false, nullptr, o).foot, msg::Foot::right);
+  EXPECT_EQ(choose_kick({0, -0.1, 0}, {0.5, 0}, 0, {}, nullptr, o).foot, msg::Foot::left);
+  EXPECT_EQ(choose_kick({0, 0.1, 0}, {0.5, 0}, 0, {}, nullptr, o).foot, msg::Foot::right);
 }
 
 TEST(KickChoice, WhoStandsBesideTheBallKicksItOutwardInsteadOfWalkingRoundIt) {
-  const ChosenKick c = choose_kick({0, -0.3, kQuarter}, {0.2, -0.3}, 0, false, nullptr, four_kicks());
+  const ChosenKick c = choose_kick({0, -0.3, kQuarter}, {0.2, -0.3}, 0, {}, nullptr, four_kicks());
   EXPECT_EQ(four_kicks().kinds[c.kind].motion, msg::BallMotion::kick_outward);
   EXPECT_EQ(c.foot, msg::Foot::right) << "turned to the left, the goal is on its right";
 }
@@ -48,20 +48,31 @@ TEST(KickChoice, AnOpponentAtTheBallMakesAKickWithinAStepTheBetterOne) {
   const FieldPoint ball{0.5, 0};
   KickOptions o = four_kicks();
   o.kinds[0].rolls_m = 1.5;  // far enough to be worth its time
-  EXPECT_FALSE(o.kinds[choose_kick(robot, ball, 0, false, nullptr, o).kind].in_walk);
-  EXPECT_TRUE(o.kinds[choose_kick(robot, ball, 0, true, nullptr, o).kind].in_walk);
+  const std::array<Round, 1> near{{{{0.3, 0.6}, 0.15}}};
+  EXPECT_FALSE(o.kinds[choose_kick(robot, ball, 0, {}, nullptr, o).kind].in_walk);
+  EXPECT_TRUE(o.kinds[choose_kick(robot, ball, 0, near, nullptr, o).kind].in_walk);
+}
+
+TEST(KickChoice, ABallThatSomebodyStandsBeforeIsKickedPastHim) {
+  const KickOptions o = four_kicks();
+  const std::array<Round, 1> before{{{{0.9, 0.12}, 0.15}}};
+  const ChosenKick c = choose_kick({0, 0, 0}, {0.5, 0}, 0, before, nullptr, o);
+  const KickKind& kind = o.kinds[c.kind];
+  const double way = c.from.heading_rad + (c.foot == msg::Foot::left ? 1 : -1) * kind.direction_rad;
+  EXPECT_LT(way, -0.4) << "to the side on which he is not";
+  EXPECT_GT(way, -1.2);
 }
 
 TEST(KickChoice, AChosenKickIsKeptUnlessAnotherIsClearlyBetter) {
   KickOptions o = four_kicks();
-  ChosenKick kick = choose_kick({0, -0.05, 0}, {0.5, 0}, 0, false, nullptr, o);
+  ChosenKick kick = choose_kick({0, -0.05, 0}, {0.5, 0}, 0, {}, nullptr, o);
   for (const double y_m : {0.03, -0.03, 0.05, -0.05}) {
-    const ChosenKick next = choose_kick({0, y_m, 0}, {0.5, 0}, 0, false, &kick, o);
+    const ChosenKick next = choose_kick({0, y_m, 0}, {0.5, 0}, 0, {}, &kick, o);
     EXPECT_EQ(next.foot, kick.foot);
     kick = next;
   }
   o.keeps_s = 0.2;
-  EXPECT_NE(choose_kick({0, 1.5, 0}, {0.5, 0}, 0, false, &kick, o).foot, kick.foot);
+  EXPECT_NE(choose_kick({0, 1.5, 0}, {0.5, 0}, 0, {}, &kick, o).foot, kick.foot);
 }
 
 TEST(KickChoice, AimIsTheGoalAndBesideWhoStandsBeforeIt) {

@@ -126,9 +126,9 @@ TEST(Player, SearchesABallThatItDoesNotSee) {
 TEST(Player, GoesToItsPlaceInReadyAndStandsInSet) {
   Game game;
   game.board.phase = GamePhase::ready;
-  game.board.number = 1;
+  game.board.player = 2;
   for (int i = 0; i < 600; ++i) game.step();
-  const FieldAt place = ready_place(1, true, game.field);
+  const FieldAt place = ready_place(2, true, game.field);
   EXPECT_LT(distance_m(game.robot, place), 0.05);
   game.board.phase = GamePhase::set;
   const FieldAt there = game.robot;
