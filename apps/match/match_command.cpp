@@ -47,6 +47,7 @@ int run(MatchCommand& command, const rt::ModuleTypes& types) {
     return fail(fmt::format("two robot files, one for each team; {} given", command.teams.size()));
   o.teams = {command.teams[0], command.teams[1]};
   if (o.count == 1 && o.results.empty() && o.shard.empty()) return play_one(o, types);
+  if (!o.gamecontroller.empty()) return fail("--gamecontroller: of one match, not of many at a time");
   return run_matches(o, types);
 }
 
@@ -70,6 +71,10 @@ void describe(CLI::App& app, MatchCommand& command) {
          "[WHO/]KEY=VALUE as `run --set` has it; WHO is a, b or a player such as blue1, else all; may be repeated")
       ->allow_extra_args(false)
       ->type_name(kSettingHint);
+  app.add_option("--gamecontroller", o.gamecontroller,
+                 "address that hears the referee as RoboCup's game controller, 127.0.0.1:3838; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("ADDRESS:PORT");
   app.add_option("--camera", o.camera, "size of the cameras' frames")->type_name("WxH");
   app.add_option("--out", o.out,
                  "folder of the recording (default: matches/A-B-SEED); of many matches the folder of their folders")

@@ -21,6 +21,7 @@ struct MatchOptions {
   bool no_goal_pictures = false;
   std::vector<double> pixels_s;  // from, until, in seconds of plant time: the pictures of all cameras as files
   bool json = false;
+  std::vector<std::string> gamecontroller;  // addresses that hear the referee as RoboCup's game controller
 
   // Of many matches:
   unsigned jobs = 0;  // at once; 0: one for each processor

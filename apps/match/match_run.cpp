@@ -191,6 +191,7 @@ std::optional<PlayedMatch> play_match(const MatchOptions& options, const rt::Mod
     run.robots.push_back(file.string());
   }
   if (!options.no_record) run.plant_args = {"--scenes", (folder / kScenes).string()};
+  for (const std::string& address : options.gamecontroller) run.plant_args.push_back("--gamecontroller=" + address);
   auto setup = set_up_team(run, types);
   if (!setup) return std::nullopt;
   run.duration_s = game_s(setup->members.front().robot) + kAfterTheEnd_s;

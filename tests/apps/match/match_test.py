@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import signal
+import socket
 import subprocess
 import sys
 import tempfile
@@ -81,6 +82,23 @@ class Played(Match):
         again = json.loads(out)
         self.assertEqual(again["hash"], self.result["hash"])
         self.assertEqual(again, self.result)
+
+    def test_is_the_same_while_a_game_controller_tells_it(self):
+        receiver = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.addCleanup(receiver.close)
+        receiver.bind(("127.0.0.1", 0))
+        receiver.settimeout(1)
+        code, out, err = self.sinew(*self.words, "--no-record", "--json", "--gamecontroller",
+                                    f"127.0.0.1:{receiver.getsockname()[1]}")
+        self.assertEqual(code, 0, err)
+        self.assertEqual(json.loads(out), self.result)
+        packets = [receiver.recv(1000) for _ in range(int(2 * self.result["report"]["plant_s"]) - 1)]
+        halves = {}
+        for p in packets:
+            self.assertEqual((p[:5], len(p), p[6]), (b"RGme\x13", 198, 2), "two players a team")
+            halves[p[12]] = {p[at]: p[at + 4] for at in (18, 108)}, p[18]
+        self.assertEqual(halves[0][0], {1: 1, 2: 0}, "blue won 1:0")
+        self.assertEqual((halves[1][1], halves[0][1]), (1, 2), "the teams change sides")
 
     def test_is_recorded_without_pixels_in_little_room(self):
         files = {f.name: f.stat().st_size for f in (self.folder / "played").glob("*.mcap")}
@@ -180,6 +198,8 @@ class Refused(Match):
         cases = ((["ants.toml"], "two robot files, one for each team; 1 given"),
                  (["ants.toml", f"{ROBOTS}/quad/quad.toml"], "its world is quad; a match is played in the world soccer"),
                  (["ants.toml", "deaf.toml"], "it does not hear the referee"),
+                 (["ants.toml", "bees.toml", "--count", "2", "--gamecontroller", "127.0.0.1:3838"],
+                  "--gamecontroller: of one match, not of many at a time"),
                  (["ants.toml", "none.toml"], "none.toml"),
                  (["ants.toml", "bees.toml", "--set", "c/figure.turns=1"], "no robot c"),
                  (["--replay", "nothing"], "nothing"),
