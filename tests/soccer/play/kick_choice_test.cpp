@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-namespace sinew::soccer {
+namespace sinew::soccer::kick_choice_test {
 namespace {
 
 constexpr double kQuarter = 0.5 * math::kPi;
@@ -87,4 +87,4 @@ TEST(KickChoice, AimIsTheGoalAndBesideWhoStandsBeforeIt) {
 }
 
 }  // namespace
-}  // namespace sinew::soccer
+}  // namespace sinew::soccer::kick_choice_test

@@ -12,7 +12,7 @@ namespace sinew::test {
 std::string source_dir();
 }
 
-namespace sinew::soccer {
+namespace sinew::soccer::player_test {
 namespace {
 
 using msg::GamePhase;
@@ -192,4 +192,4 @@ TEST(Player, ASupporterWaitsBehindTheBallAndTheStrikerGoesToIt) {
 }
 
 }  // namespace
-}  // namespace sinew::soccer
+}  // namespace sinew::soccer::player_test

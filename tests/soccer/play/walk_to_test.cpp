@@ -4,7 +4,7 @@
 
 #include <vector>
 
-namespace sinew::soccer {
+namespace sinew::soccer::walk_to_test {
 namespace {
 
 constexpr double kStep_s = 0.05;
@@ -71,4 +71,4 @@ TEST(WalkTo, ThingsBehindThePlaceAreNotInTheWay) {
 }
 
 }  // namespace
-}  // namespace sinew::soccer
+}  // namespace sinew::soccer::walk_to_test

@@ -6,7 +6,7 @@
 
 #include "math/elementary.hpp"
 
-namespace sinew::soccer {
+namespace sinew::soccer::roles_test {
 namespace {
 
 using msg::SoccerRole;
@@ -52,4 +52,4 @@ TEST(Roles, WhereNobodyKnowsOfABallTheLowestNumberSearchesIt) {
 }
 
 }  // namespace
-}  // namespace sinew::soccer
+}  // namespace sinew::soccer::roles_test
