@@ -12,7 +12,7 @@ std::array<FootPlace, 10> BallStop::way() const {
                     .tall = 1};
   };
   const Vec2 place{}, aside{0, p.aside_m};
-  return {{{kick.shift_s, at(1, place, 0)},
+  return {{{p.shift_s, at(1, place, 0)},
            {p.out_s, at(1, aside, p.lift_m)},
            {p.down_s, at(1, aside, 0)},
            {p.settle_s, at(p.over, aside, 0)},
@@ -22,7 +22,7 @@ std::array<FootPlace, 10> BallStop::way() const {
            {p.down_s, at(1, {-p.back_m, p.aside_m}, p.lift_m)},
            {p.out_s, at(1, {-p.back_m, 0}, p.lift_m)},
            {p.down_s, at(1, place, 0)},
-           {kick.shift_s, {}}}};
+           {p.shift_s, {}}}};
 }
 
 void BallStop::start(Side foot) {
@@ -38,7 +38,7 @@ void BallStop::step(const math::Quat& q_world_torso, const math::Vec3& rate_radp
   if (time_s_ >= lasts_s()) active_ = false;
   const FreeFoot foot = along_way(way(), time_s_);
   // Feet that are far apart hold the body by themselves; ankles that answer its roll, too, make it rock.
-  OneFootBalance balance = balance_of(kick);
+  OneFootBalance balance = balance_of(params);
   balance.gyro_roll_s *= foot.over;
   balance.tilt_roll *= foot.over;
   stand_.step(foot_, foot, balance, q_world_torso, rate_radps, dt_s, targets_rad);

@@ -29,16 +29,6 @@ std::array<FootPlace, 8> Kick::way() const {
            {p.shift_s, {}}}};
 }
 
-OneFootBalance balance_of(const KickParams& p) {
-  return {{p.com_forward_m, p.com_inside_m},
-          p.gyro_pitch_s,
-          p.gyro_roll_s,
-          p.tilt_pitch,
-          p.tilt_roll,
-          p.taller_m,
-          p.less_lean_rad};
-}
-
 void Kick::start(Side foot, KickWay way) {
   foot_ = foot;
   way_ = way;

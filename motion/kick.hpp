@@ -81,7 +81,4 @@ class Kick {
   bool active_ = false;
 };
 
-/// How it balances on one foot.
-OneFootBalance balance_of(const KickParams& params);
-
 }  // namespace sinew::motion

@@ -27,6 +27,18 @@ struct OneFootBalance {
   double taller_m = 0, less_lean_rad = 0;  // than the walk stands
 };
 
+/// Of a motion's parameters with these names.
+template <class Params>
+OneFootBalance balance_of(const Params& p) {
+  return {{p.com_forward_m, p.com_inside_m},
+          p.gyro_pitch_s,
+          p.gyro_roll_s,
+          p.tilt_pitch,
+          p.tilt_roll,
+          p.taller_m,
+          p.less_lean_rad};
+}
+
 /// Stance and servos as the walk's. Thread:  owner.   RT: yes, after the constructor.
 class OneFoot {
  public:

@@ -20,7 +20,6 @@ std::optional<StopResult> run_stop(const GaitSetup& setup, const StopTrial& tria
   motion::Walk walk = rig->make_walk();
   motion::BallStop stop(rig->figure(), setup.book.walk, setup.book.rest_rad);
   stop.params = setup.book.stop;
-  stop.kick = setup.book.kick_forward;
   walk.reset(rig->sense());
   const plant::BallSize ball_size;
   const motion::LegOfFigure& leg = rig->figure().leg(trial.foot);

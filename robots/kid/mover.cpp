@@ -353,7 +353,7 @@ rt::StepStatus Mover::step(const rt::Step& step) noexcept {
   walk_->kick_forward = step_kick_forward_;
   walk_->kick_outward = step_kick_outward_;
   fall_.params = fall_params_;
-  kick_->forward = stop_->kick = kick_forward_;
+  kick_->forward = kick_forward_;
   kick_->outward = kick_outward_;
   stop_->params = stop_params_;
   if (balances)

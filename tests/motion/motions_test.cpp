@@ -262,7 +262,6 @@ TEST(BallStop, PutsItsFootAsideAndEndsAsItBegan) {
   for (const Side foot : kSides) {
     BallStop stop(*op3.figure, op3.book.walk, op3.book.rest_rad);
     stop.params = op3.book.stop;
-    stop.kick = op3.book.kick_forward;
     std::vector<double> targets(op3.body.joints()), first;
     stop.start(foot);
     kinematics::BodyPose pose(op3.body);

@@ -105,7 +105,7 @@ TEST(MotionSearch, AKickThatMissesOrFallsCostsMoreThanASlowOne) {
   EXPECT_EQ(why, "");
   EXPECT_LT(good, 0.5);
   EXPECT_GT(slow, good + 0.1);
-  EXPECT_EQ(missed, 1);
+  EXPECT_GE(missed, 1) << "or it falls";
 }
 
 TEST(MotionSearch, GettingDownIsGentleAndFallingOverCostsMore) {
