@@ -53,7 +53,7 @@ class BallFilter {
     std::array<Track, kMost> track;
     FieldAt robot;  // in the odometry's frame
     std::int64_t stamp_ns = 0;
-    std::uint64_t count = 0;
+    std::uint32_t count = 0, spare = 0;  // spare: no padding in what is saved
     std::uint32_t sightings = 0;
     std::uint32_t gone = 0;
   };

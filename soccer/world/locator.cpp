@@ -369,7 +369,7 @@ void Locator::see(const msg::SoccerSight& sight, bool on_its_feet) {
   s_.memory.see(sight, options_.memory_s);
   for (std::size_t i = 0; i < s_.count; ++i)
     s_.hypothesis[i].log_weight += options_.temper * use(s_.hypothesis[i], sight);
-  if (s_.pictures++ % static_cast<std::uint64_t>(kSearchEvery) == 0) look_elsewhere();
+  if (s_.pictures++ % static_cast<std::uint32_t>(kSearchEvery) == 0) look_elsewhere();
   tidy();
   if (!is_sure()) return;
   Hypothesis& lead = s_.hypothesis[0];

@@ -52,11 +52,11 @@ class Locator {
     SightMemory memory;
     FieldAt odometry;           // that the hypotheses are at
     std::int64_t stamp_ns = 0;  // 0: nothing came yet
-    std::uint64_t count = 0;    // hypotheses, the leading one first
-    std::uint64_t pictures = 0;
-    std::uint64_t relocations = 0;
+    std::uint32_t count = 0;    // hypotheses, the leading one first
+    std::uint32_t pictures = 0;
+    std::uint32_t relocations = 0;
+    std::uint32_t own_half = 0;  // 1: the first place that it finds is in the own half
     FieldAt begin;               // of the odometry, when it was told that it is in its own half
-    std::uint64_t own_half = 0;  // 1: the first place that it finds is in the own half
     // Where it believed to be when it last was sure, moved on by the odometry.
     FieldAt anchor;
     double anchor_mirrored = 0.5, anchor_m2 = 0, anchor_rad2 = 0;  // and how far that may be off; 0: it never was sure

@@ -93,7 +93,7 @@ void ObstacleFilter::see(const msg::SoccerSight& sight) {
 void ObstacleFilter::fill(msg::ObstacleModel& out) {
   std::array<double, 12> far{};
   const math::SinCos turn = math::sincos(s_.robot.heading_rad);
-  std::uint64_t dropped = s_.dropped;
+  std::uint32_t dropped = s_.dropped;
   for (std::size_t i = 0; i < s_.count; ++i) {
     const Track& t = s_.track[i];
     if (t.evidence < o_.least_sightings) continue;

@@ -39,7 +39,7 @@ class ObstacleFilter {
     std::array<Track, kMost> track;
     FieldAt robot;
     std::int64_t stamp_ns = 0;
-    std::uint64_t count = 0, dropped = 0;
+    std::uint32_t count = 0, dropped = 0;
   };
 
   explicit ObstacleFilter(const ObstacleOptions& options = {}) : o_(options) {}

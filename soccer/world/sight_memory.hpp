@@ -33,7 +33,7 @@ class SightMemory {
   void add(const RememberedSight& s);
 
   std::array<RememberedSight, kMost> sight_{};
-  std::uint64_t count_ = 0;
+  std::uint32_t count_ = 0, spare_ = 0;  // spare: no padding in what is saved
 };
 
 }  // namespace sinew::soccer
