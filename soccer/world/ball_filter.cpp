@@ -183,7 +183,7 @@ void BallFilter::tidy() {
         });
     if (!doubled) s_.track[kept++] = t;
   }
-  s_.count = kept;
+  s_.count = static_cast<std::uint32_t>(kept);
 }
 
 void BallFilter::fill(msg::BallModel& out) const {

@@ -349,7 +349,7 @@ void Locator::tidy() {
     }
     if (!doubled) s_.hypothesis[kept++] = h;
   }
-  s_.count = kept;
+  s_.count = static_cast<std::uint32_t>(kept);
   for (std::size_t i = 1; i < s_.count; ++i) {
     const Hypothesis& h = s_.hypothesis[i];
     if (h.used < kTriedUsed || h.log_weight < s_.hypothesis[0].log_weight + options_.lead) continue;

@@ -37,7 +37,7 @@ void ObstacleFilter::move(const msg::SoccerSight& sight) {
     t.evidence *= faded, t.red *= faded;
     if (t.evidence > kLeastEvidence) s_.track[kept++] = t;
   }
-  s_.count = kept;
+  s_.count = static_cast<std::uint32_t>(kept);
   s_.robot = robot;
   s_.stamp_ns = std::max(s_.stamp_ns, sight.stamp.ns);
 }

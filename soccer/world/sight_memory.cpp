@@ -67,7 +67,7 @@ void SightMemory::see(const msg::SoccerSight& sight, double keep_s) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < count_; ++i)
     if (sight_[i].seen_ns >= oldest) sight_[kept++] = sight_[i];
-  count_ = kept;
+  count_ = static_cast<std::uint32_t>(kept);
 
   const FieldAt robot{sight.x_m, sight.y_m, sight.heading_rad};
   for (std::uint32_t i = 0; i < std::min<std::size_t>(sight.lines, sight.line.size()); ++i) {
