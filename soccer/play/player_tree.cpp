@@ -94,25 +94,32 @@ bool others_kick(const PlayBoard& b, Look& look) {
   return look("kick_of", static_cast<double>(b.kick_of)) == static_cast<double>(msg::GameKick::other) && moved_m < 0.15;
 }
 
+bool in(const PlayBoard& b, Look& look, GamePhase phase) {
+  return look("phase", static_cast<double>(b.phase)) == static_cast<double>(phase);
+}
+
+/// The motion at the ball that was asked for in this state is over, one way or the other.
+bool request_is_over(const PlayBoard& b, Look& look) {
+  return look.in_state_s() > 0.2 && (look("kick_done", b.kick_done) || look("kick_failed", b.kick_failed));
+}
+
+double ball_from_own_goal_m(const PlayBoard& b, Look& look) {
+  return look("ball_from_goal_m", length_m(b.ball_at - FieldPoint{-0.5 * b.field->size().length_m, 0}));
+}
+
+bool turned_round(const PlayBoard& b, Look& look) {
+  return look.in_state_s() * b.options->search_turn_radps > 2 * math::kPi;
+}
+
 void add_game(behaviour::Tree<PlayBoard>& tree) {
-  const auto in_phase = [](const PlayBoard& b, Look& look, GamePhase phase) {
-    return look("phase", static_cast<double>(b.phase)) == static_cast<double>(phase);
-  };
   auto& game = tree.option("game");
   game.always("halt", "not_on_feet_or_out", [](const PlayBoard& b, Look& look) {
     return look("penalised", b.penalised) || !look("on_feet", b.on_feet) || !look("may_move", b.may_move) ||
            b.phase == GamePhase::initial || b.phase == GamePhase::finished;
   });
-  static constexpr auto is_ready = [](const PlayBoard& b, Look& look) {
-    return look("phase", static_cast<double>(b.phase)) == static_cast<double>(GamePhase::ready);
-  };
-  static constexpr auto is_set = [](const PlayBoard& b, Look& look) {
-    return look("phase", static_cast<double>(b.phase)) == static_cast<double>(GamePhase::set);
-  };
-  static constexpr auto is_playing = [](const PlayBoard& b, Look& look) {
-    return look("phase", static_cast<double>(b.phase)) == static_cast<double>(GamePhase::playing);
-  };
-  static_cast<void>(in_phase);
+  static constexpr auto is_ready = [](const PlayBoard& b, Look& look) { return in(b, look, GamePhase::ready); };
+  static constexpr auto is_set = [](const PlayBoard& b, Look& look) { return in(b, look, GamePhase::set); };
+  static constexpr auto is_playing = [](const PlayBoard& b, Look& look) { return in(b, look, GamePhase::playing); };
   // The way out of `halt` is taken only when what leads into it does not hold.
   static constexpr auto fit = [](const PlayBoard& b) { return !b.penalised && b.on_feet && b.may_move; };
   game.state("halt")
@@ -145,7 +152,6 @@ void add_play(behaviour::Tree<PlayBoard>& tree) {
   static constexpr auto is = [](const PlayBoard& b, Look& look, SoccerRole role) {
     return look("role", static_cast<double>(b.role)) == static_cast<double>(role);
   };
-  // A kick that has begun ends as it was meant, whatever the role is then: `striker` and `goalie` are done with it.
   play.always("wait", "others_kick",
               [](const PlayBoard& b, Look& look) { return others_kick(b, look) && b.role != SoccerRole::goalie; });
   play.state("choose")
@@ -157,14 +163,8 @@ void add_play(behaviour::Tree<PlayBoard>& tree) {
       .act([](PlayBoard& b, const Here&) {
         look(b);
         stand(b);
-        const double near_m = ball_m(b);
-        if (sees_ball(b) && near_m < b.options->clear_m) {  // backs off
-          const double back = -b.options->walk.back_mps;
-          if (b.ball.x_m > 0)
-            b.walk = {back, 0, 0};
-          else
-            b.walk = {b.options->walk.forward_mps, 0, 0};
-        }
+        if (sees_ball(b) && ball_m(b) < b.options->clear_m)  // away from it
+          b.walk = {b.ball.x_m > 0 ? -b.options->walk.back_mps : b.options->walk.forward_mps, 0, 0};
       })
       .to("choose", "free", [](const PlayBoard& b, Look& look) { return !others_kick(b, look); });
   play.state("striker").calls("striker").to(
@@ -218,10 +218,7 @@ void add_striker(behaviour::Tree<PlayBoard>& tree) {
         look_at_ball(b);
         if (here.in_state_s == 0) ask_for_kick(b);
       })
-      .to("follow", "done",
-          [](const PlayBoard& b, Look& look) {
-            return look.in_state_s() > 0.2 && (look("kick_done", b.kick_done) || look("kick_failed", b.kick_failed));
-          })
+      .to("follow", "done", request_is_over)
       .to("follow", "too_long", [](const PlayBoard&, Look& look) { return look.in_state_s() > 6; });
   // A body that has just kicked sways: it goes on gently before it turns or goes back.
   striker.state("follow")
@@ -246,13 +243,8 @@ void add_striker(behaviour::Tree<PlayBoard>& tree) {
         const double side = b.ball_age_s < math::kInf && b.ball.y_m < 0 ? -1 : 1;
         b.walk = {0, 0, side * b.options->search_turn_radps};
       })
-      .to("walk", "turned_round",
-          [](const PlayBoard& b, Look& look) {
-            return look.in_state_s() * b.options->search_turn_radps > 2 * math::kPi && b.found;
-          })
-      .to("look_around", "not_found", [](const PlayBoard& b, Look& look) {
-        return look.in_state_s() * b.options->search_turn_radps > 2 * math::kPi && !b.found;
-      });
+      .to("walk", "turned_round", [](const PlayBoard& b, Look& look) { return turned_round(b, look) && b.found; })
+      .to("look_around", "not_found", [](const PlayBoard& b, Look& look) { return turned_round(b, look) && !b.found; });
   search.state("walk")
       .act([](PlayBoard& b, const Here&) {
         sweep(b);
@@ -294,8 +286,7 @@ void add_others(behaviour::Tree<PlayBoard>& tree) {
            look("ball_m", ball_m(b)) < 1.5;
   };
   static constexpr auto near = [](const PlayBoard& b, Look& look) {
-    const double from_goal = length_m(b.ball_at - FieldPoint{-0.5 * b.field->size().length_m, 0});
-    return sees_ball(b) && b.found && look("ball_from_goal_m", from_goal) < b.options->goalie_out_m;
+    return sees_ball(b) && b.found && ball_from_own_goal_m(b, look) < b.options->goalie_out_m;
   };
   goalie.state("guard")
       .act([](PlayBoard& b, const Here&) {
@@ -317,14 +308,10 @@ void add_others(behaviour::Tree<PlayBoard>& tree) {
         b.ask.in_walk = 0;
         b.kicks = true;
       })
-      .to("guard", "done",
-          [](const PlayBoard& b, Look& look) {
-            return look.in_state_s() > 0.2 && (look("kick_done", b.kick_done) || look("kick_failed", b.kick_failed));
-          })
+      .to("guard", "done", request_is_over)
       .to("guard", "too_long", [](const PlayBoard&, Look& look) { return look.in_state_s() > 8; });
   goalie.state("clear").calls("striker").to("guard", "ball_is_away", [](const PlayBoard& b, Look& look) {
-    const double from_goal = length_m(b.ball_at - FieldPoint{-0.5 * b.field->size().length_m, 0});
-    return look("ball_from_goal_m", from_goal) > b.options->goalie_out_m + 0.4 || !look("ball_known", b.ball_known);
+    return ball_from_own_goal_m(b, look) > b.options->goalie_out_m + 0.4 || !look("ball_known", b.ball_known);
   });
 }
 
