@@ -39,7 +39,7 @@ void OneFoot::step(Side free_side, const FreeFoot& at, const OneFootBalance& bal
   const Vec2 com = middle + at.over * (above - middle);
   const math::Quat planned = math::Quat::from_axis_angle({0, 1, 0}, stand.lean_rad - at.lean_back_rad) *
                              math::Quat::from_axis_angle({1, 0, 0}, toward * at.lean_away_rad);
-  const Vec2 torso_at = com - offsets.com_m;
+  const Vec2 torso_at = com - Vec2{offsets.com_m.x, offsets.com_m.y};
   const kinematics::Pose to_torso =
       kinematics::Pose{{torso_at.x, torso_at.y, stand.height_m - at.torso_down_m + offsets.over_hips_m}, planned}
           .inverse();

@@ -15,7 +15,7 @@ TorsoOffsets torso_offsets(const Figure& figure, const WalkParams& walk, const J
   }
   kinematics::BodyPose pose(figure.body());
   pose.set(std::span(standing).first(figure.joints()), {{}, lean});
-  out.com_m = {pose.centre_of_mass().x, 0};
+  out.com_m = {pose.centre_of_mass().x, 0, pose.centre_of_mass().z};
   return out;
 }
 

@@ -7,9 +7,10 @@
 
 namespace sinew::motion {
 
-/// Where the centre of mass is in the torso of the standing body, and how far the torso's origin is over the hips.
+/// Where the centre of mass is from the torso's origin while the body stands, axes of the ground; and how far that
+/// origin is over the hips.
 struct TorsoOffsets {
-  Vec2 com_m;
+  math::Vec3 com_m;
   double over_hips_m = 0;
 };
 TorsoOffsets torso_offsets(const Figure& figure, const WalkParams& walk, const JointAngles& rest_rad);

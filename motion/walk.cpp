@@ -43,7 +43,7 @@ void Walk::begin_plan(const Sensed& sensed) {
   phase_ = WalkPhase::stand;
   support_ = Side::right;
   speed_ = next_speed_ = {};
-  kicking_ = wants_kick_ = false;
+  kicking_ = wants_kick_ = prepares_ = false;
   steps_ = stopping_ = 0;
   time_s_ = touch_s_ = 0;
   foot_ = landing_ = lifted_ = {{0, params.stance_m}, 0};

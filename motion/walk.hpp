@@ -62,9 +62,10 @@ class Walk {
   /// odometry go on.
   void take_over(const Sensed& sensed);
 
-  /// The next step of this foot is a kick. Forgotten when the walk stands.
+  /// A step of this foot is a kick: the next one that comes after a whole step of the other foot, which throws the
+  /// weight as far over as the kick's longer step needs. Forgotten when the walk stands.
   void kick(Side foot, KickWay way);
-  void forget_kick() { wants_kick_ = false; }  // one that has begun goes on
+  void forget_kick() { wants_kick_ = prepares_ = false; }  // one that has begun goes on
   bool kicks() const { return kicking_ || wants_kick_; }
   bool kicking() const { return kicking_; }  // in this step
 
@@ -87,8 +88,8 @@ class Walk {
     visit(com_in_torso_, torso_over_hips_m_, tilt, lead_, phase_, support_, command_, speed_, next_speed_, time_s_,
           end_s_, steps_, stopping_, plan_, cop_m_, foot_, lifted_, landing_, foot_z_m_, lifted_z_m_, support_z_m_,
           support_z0_m_, yaw0_rad_, swung_, carried_, frame_yaw_rad_, heading_rad_, past_, newest_, dt_s_, q_now_,
-          rate_, seen_, seen_support_, seeing_, error_m_, bias_m_, anchor_, odometry_, touch_s_, wants_kick_, kicking_,
-          kick_foot_, kick_way_);
+          rate_, seen_, seen_support_, seeing_, error_m_, bias_m_, anchor_, odometry_, touch_s_, wants_kick_, prepares_,
+          kicking_, kick_foot_, kick_way_);
   }
 
  private:
@@ -140,7 +141,7 @@ class Walk {
   const StepKickParams& kick_params() const { return kick_way_ == KickWay::forward ? kick_forward : kick_outward; }
   struct KickOffset {
     math::Vec3 at_m;
-    math::Quat turn;
+    math::Quat turn, lean;  // of the sole; of the torso about the centre of mass
   };
   KickOffset kick_offset() const;
 
@@ -148,7 +149,7 @@ class Walk {
   StanceSense sense_;
   ServoLead lead_;
   JointAngles rest_rad_{};
-  Vec2 com_in_torso_;  // of the standing body
+  math::Vec3 com_in_torso_;  // of the standing body, from the torso's origin, axes of the ground
   double torso_over_hips_m_ = 0;
 
   WalkPhase phase_ = WalkPhase::stand;
@@ -178,7 +179,7 @@ class Walk {
   std::array<Vec2, 2> bias_m_{};
   Planar anchor_, odometry_;
   double touch_s_ = 0;
-  bool wants_kick_ = false, kicking_ = false;
+  bool wants_kick_ = false, prepares_ = false, kicking_ = false;
   Side kick_foot_ = Side::left;
   KickWay kick_way_ = KickWay::forward;
 };

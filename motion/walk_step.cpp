@@ -57,12 +57,21 @@ Walk::Goal Walk::goal() const {
   const bool aside = toward * speed_.left_mps > 0;
   const double wide_m = rest_m + 2 * math::fabs(speed_.left_mps) * t;
   const double this_m = aside ? wide_m : rest_m, next_m = aside || speed_.left_mps == 0 ? rest_m : wide_m;
-  const double inside = params.cop_inside_m, length_m = speed_.forward_mps * t;
+  const double inside = params.cop_inside_m, length_m = speed_.forward_mps * t, w = params.omega_radps;
 
   Goal goal;
   goal.foot = {turned({length_m, toward * this_m}, 0.5 * yaw_rad), yaw_rad};
-  const double ahead_m = length_m / (math::exp(params.omega_radps * t) - 1) + params.com_forward_m;
-  const double beside_m = inside + steady_dcm(next_m - 2 * inside, this_m - 2 * inside, params.omega_radps, t);
+  // The dcm that steps of the usual period begin with; after one that is longer it is to be that again.
+  const double usual_s = params.period_s;
+  double ahead_m = speed_.forward_mps * usual_s / (math::exp(w * usual_s) - 1);
+  double beside_m = steady_dcm(next_m - 2 * inside, this_m - 2 * inside, w, usual_s);
+  if (prepares_) {
+    const double kick_s = kick_params().stretch * usual_s, shrink = math::exp(-w * kick_s);
+    ahead_m = (ahead_m + speed_.forward_mps * kick_s) * shrink;
+    beside_m = (next_m - 2 * inside - steady_dcm(this_m - 2 * inside, next_m - 2 * inside, w, usual_s)) * shrink;
+  }
+  ahead_m += params.com_forward_m;
+  beside_m += inside;
   goal.dcm_m = goal.foot.at_m + turned({ahead_m, -toward * beside_m}, yaw_rad);
   return goal;
 }
@@ -75,8 +84,9 @@ void Walk::kick(Side foot, KickWay way) {
 
 void Walk::begin_step() {
   phase_ = WalkPhase::step;
-  kicking_ = wants_kick_ && other(support_) == kick_foot_;
+  kicking_ = prepares_;
   if (kicking_) wants_kick_ = false;
+  prepares_ = wants_kick_ && support_ == kick_foot_;
   choose_speed(command_);
   time_s_ = 0;
   touch_s_ = 0;
@@ -189,7 +199,7 @@ void Walk::end_step() {
   if (stopping_ >= 3) {
     phase_ = WalkPhase::stand;
     time_s_ = 0;
-    kicking_ = wants_kick_ = false;
+    kicking_ = wants_kick_ = prepares_ = false;
     return;
   }
   begin_step();

@@ -42,18 +42,24 @@ Walk::KickOffset Walk::kick_offset() const {
     before = to;
   }
   const double along_m = now.along * p.strike_m, tip_rad = p.tip_rad * now.along, up_m = now.up * p.lift_m;
-  if (kick_way_ == KickWay::forward) return {{along_m, 0, up_m}, math::Quat::from_axis_angle({0, 1, 0}, -tip_rad)};
+  const double lean_rad = p.lean_back_rad * now.along;
+  const auto about = [](const math::Vec3& axis, double rad) { return math::Quat::from_axis_angle(axis, rad); };
+  if (kick_way_ == KickWay::forward)
+    return {{along_m, 0, up_m}, about({0, 1, 0}, -tip_rad), about({0, 1, 0}, -lean_rad)};
   const double side = sign(kick_foot_);
-  return {{0, side * along_m, up_m}, math::Quat::from_axis_angle({1, 0, 0}, side * tip_rad)};
+  return {{0, side * along_m, up_m}, about({1, 0, 0}, side * tip_rad), about({1, 0, 0}, side * lean_rad)};
 }
 
 void Walk::write(double dt_s, std::span<double> targets_rad) {
   std::copy_n(rest_rad_.begin(), figure_->joints(), targets_rad.begin());
   const double yaw = torso_yaw();
-  const Vec2 torso_at = Vec2{plan_.x.com_m, plan_.y.com_m} - turned(com_in_torso_, yaw);
+  const KickOffset kick = kick_offset();
+  const math::Vec3 com_from_torso = kick.lean.rotate(com_in_torso_);
+  const Vec2 torso_at = Vec2{plan_.x.com_m, plan_.y.com_m} - turned(Vec2{com_from_torso.x, com_from_torso.y}, yaw);
   const math::Quat q_support_torso =
-      math::Quat::from_axis_angle({0, 0, 1}, yaw) * math::Quat::from_axis_angle({0, 1, 0}, params.lean_rad);
-  const kinematics::Pose torso{{torso_at.x, torso_at.y, params.height_m + torso_over_hips_m_}, q_support_torso};
+      math::Quat::from_axis_angle({0, 0, 1}, yaw) * kick.lean * math::Quat::from_axis_angle({0, 1, 0}, params.lean_rad);
+  const double torso_z_m = params.height_m + torso_over_hips_m_ + com_in_torso_.z - com_from_torso.z;
+  const kinematics::Pose torso{{torso_at.x, torso_at.y, torso_z_m}, q_support_torso};
   const kinematics::Pose to_torso = torso.inverse();
 
   const Lean lean = lean_beside(q_now_, q_support_torso);
@@ -84,10 +90,9 @@ void Walk::write(double dt_s, std::span<double> targets_rad) {
                                       math::Quat::from_axis_angle({0, 1, 0}, turn_pitch) *
                                       math::Quat::from_axis_angle({1, 0, 0}, turn_roll);
     kinematics::Pose sole{{at.at_m.x, at.at_m.y, z}, q_support_sole};
-    if (!carries && kicking_) {
-      const KickOffset offset = kick_offset();
-      sole.p_m += offset.at_m;
-      sole.q = sole.q * offset.turn;
+    if (!carries) {
+      sole.p_m += kick.at_m;
+      sole.q = sole.q * kick.turn;
     }
     figure_->place_sole(side, to_torso * sole, targets_rad);
     const Vec2 push = both ? at.at_m : (carries ? cop_m_ : foot_.at_m);

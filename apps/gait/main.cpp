@@ -200,7 +200,7 @@ int main(int argc, char** argv) {
           ->delimiter(',')
           ->check(app::one_of(course_names()));
     }
-    if (kind == Kind::walk || kind == Kind::stop || kind == Kind::rise)
+    if (kind == Kind::walk || kind == Kind::push || kind == Kind::stop || kind == Kind::rise)
       command.add_option("--first-seed", o.study.first_seed, "of the runs; from 500001 on no search has seen them")
           ->check(app::whole(1, 1'000'000'000))
           ->capture_default_str();

@@ -49,7 +49,7 @@ Json push_case(const StudyOptions& o, const GaitSetup& setup, std::uint64_t n, s
   const std::uint64_t group = n % (4 * o.push_mps.size()), run = n / (4 * o.push_mps.size());
   const NamedDirection& direction = kDirections[group % 4];
   const double speed = o.push_mps[group / 4];
-  const std::uint64_t seed = kUnseenSeeds + run;
+  const std::uint64_t seed = o.first_seed + run;
   const auto r =
       run_push(setup, {.seed = seed, .speed_mps = speed, .direction_rad = direction.rad, .react = false}, why);
   if (!r) return {};
@@ -191,7 +191,10 @@ Json identity(const StudyOptions& o) {
     for (const Course course : o.courses) out["courses"].push_back(to_string(course));
   }
   if (o.kind == Kind::rise) out["first_seed"] = o.first_seed;
-  if (o.kind == Kind::push) out["push_mps"] = o.push_mps;
+  if (o.kind == Kind::push) {
+    out["push_mps"] = o.push_mps;
+    out["first_seed"] = o.first_seed;
+  }
   if (o.kind == Kind::fall) out["fall_mps"] = o.fall_mps;
   if (o.kind == Kind::stop) {
     out["ball_mps"] = o.ball_mps;

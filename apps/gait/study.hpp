@@ -22,7 +22,7 @@ struct StudyOptions {
       100;  // walk, down: all together; rise, fall, kick, stop: of each way; push: of each direction and speed
   double lasts_s = 60;                                            // of a walk
   std::vector<Course> courses{kCourses.begin(), kCourses.end()};  // of walks, in turn
-  std::uint64_t first_seed = kUnseenSeeds;                        // of walks, stops, rising
+  std::uint64_t first_seed = kUnseenSeeds;                        // of walks, stops, rising, pushes
   std::vector<double> push_mps{0.1, 0.2, 0.25, 0.3, 0.4, 0.5, 0.6};
   double fall_mps = 1.2;  // of the push that makes it fall
   bool looks = false;     // walks: the head looks to both sides, in place of resting
