@@ -16,7 +16,7 @@ constexpr std::string_view kPercepts =
     "(FRP (n lf) (c -0.14 0.08 -0.05) (f -0.14 0.61 20.40))"
     "(See (F1L (pol 19.11 108.55 -1.58)) (B (pol 9.25 -0.10 -2.80)) (P (team RED) (id 2) (head (pol 8.21 -60.27 1.42))"
     " (rfoot (pol 8.14 -61.25 -3.20))) (L (pol 15.98 -58.32 -2.00) (pol 5.83 60.05 -5.37)))"
-    "(hear 3.98 RED 45.20 hallo)(hear 4.02 BLUE self du)(TopCameraIMG (s 2 1) (d AAECAwQF))";
+    "(hear RED 3.98 45.20 hallo)(hear BLUE 4.02 self du)(TopCameraIMG (s 2 1) (d AAECAwQF))";
 
 SparkPercepts& parsed(std::string_view text) {
   static SparkPercepts percepts;

@@ -273,7 +273,7 @@ void read_see(List& list, SparkPercepts& out) noexcept {
   });
 }
 
-/// "(hear TIME [TEAM] self|DEGREES TEXT)".
+/// "(hear [TEAM] TIME self|DEGREES TEXT)".
 void read_heard(List& list, SparkPercepts& out) noexcept {
   SparkHeard* heard = place_in(out.heard, out.hears, list);
   if (!heard) return;
@@ -282,10 +282,10 @@ void read_heard(List& list, SparkPercepts& out) noexcept {
   std::size_t count = 0;
   while (list.at_word() && count < words.size()) words[count++] = list.word();
   if (count < 3) return list.fail(SparkError::missing);
-  const auto time = parse_number(words[0]);
+  const auto time = parse_number(words[count - 3]);
   if (!time) return list.fail(SparkError::number);
   heard->time_s = *time;
-  if (count == 4) heard->team = words[1];
+  if (count == 4) heard->team = words[0];
   const std::string_view from = words[count - 2];
   heard->text = words[count - 1];
   heard->self = from == "self";
@@ -410,6 +410,81 @@ bool SparkEffectors::next(SparkEffector& out) noexcept {
   return found && error_ == SparkError::none;
 }
 
+namespace {
+
+void read_order(List& list, SparkOrder& out) noexcept {
+  using Kind = SparkOrder::Kind;
+  const auto side_and_number = [&](List& part) {
+    if (part.name == "unum") out.number = part.count();
+    if (part.name == "team") out.name = part.word();
+  };
+  if (list.name == "kickOff" || list.name == "playMode") {
+    out.kind = list.name == "kickOff" ? Kind::kick_off : Kind::play_mode;
+    out.name = list.word();
+  } else if (list.name == "ball") {
+    out.kind = Kind::ball;
+    list.children([&](List& part) {
+      if (part.name == "pos") part.numbers(out.position), out.has_position = true;
+      if (part.name == "vel") part.numbers(out.velocity), out.has_velocity = true;
+    });
+    if (!out.has_position && !out.has_velocity) list.fail(SparkError::missing);
+  } else if (list.name == "agent") {
+    out.kind = Kind::player;
+    out.name = {};
+    list.children([&](List& part) {
+      side_and_number(part);
+      if (part.name != "pos" && part.name != "move") return;
+      part.numbers(out.position);
+      out.has_position = true;
+      if (part.name == "move") out.degrees = part.number(), out.has_degrees = true;
+    });
+    if (out.name.empty() || out.number == 0) list.fail(SparkError::missing);
+  } else if (list.name == "kill") {
+    out.kind = Kind::kill_player;
+    out.name = {};
+    list.children(side_and_number);
+    if (out.name.empty() || out.number == 0) list.fail(SparkError::missing);
+  } else if (list.name == "time") {
+    out.kind = Kind::time;
+    out.value[0] = list.number();
+  } else if (list.name == "score") {
+    out.kind = Kind::score;
+    list.children([&](List& part) {
+      if (part.name == "left") out.value[0] = part.count();
+      if (part.name == "right") out.value[1] = part.count();
+    });
+  } else if (list.name == "dropBall") {
+    out.kind = Kind::drop_ball;
+  } else if (list.name == "killsim") {
+    out.kind = Kind::kill_server;
+  } else if (list.name == "reqfullstate") {
+    out.kind = Kind::request_state;
+  }
+}
+
+}  // namespace
+
+bool SparkOrders::next(SparkOrder& out) noexcept {
+  if (error_ != SparkError::none) return false;
+  bool found = false;
+  Tokens tokens(rest_);
+  error_ = each_expression(tokens, [&](List& list) {
+    found = true;
+    out = {.name = list.name};
+    read_order(list, out);
+    list.skip();
+    rest_ = tokens.rest();
+    return false;
+  });
+  return found && error_ == SparkError::none;
+}
+
+std::string_view to_string(SparkError error) noexcept {
+  constexpr std::array<std::string_view, 7> kNames{"none",   "parenthesis", "depth",   "text",
+                                                   "number", "missing",     "too_many"};
+  return kNames[static_cast<std::size_t>(error)];
+}
+
 SparkWriter& SparkWriter::put(std::string_view text) noexcept {
   if (!fits_ || into_.size() < used_ || text.size() > into_.size() - used_) {
     fits_ = false;
@@ -505,8 +580,9 @@ SparkWriter& SparkWriter::percepts(const SparkPercepts& p) noexcept {
     close();
   }
   for (const SparkHeard& heard : std::span(p.heard).first(p.hears)) {
-    open("hear").number(heard.time_s);
+    open("hear");
     if (!heard.team.empty()) word(heard.team);
+    number(heard.time_s);
     if (heard.self)
       word("self");
     else

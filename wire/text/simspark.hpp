@@ -162,6 +162,45 @@ class SparkEffectors {
   SparkError error_ = SparkError::none;
 };
 
+/// One order of a monitor (port 3200), which leads a game as a trainer.
+struct SparkOrder {
+  enum class Kind : std::uint8_t {
+    kick_off,   // `name`: Left or Right
+    play_mode,  // `name`: "PlayOn"
+    ball,       // to `position`, with `velocity` (m, m/s; the field's frame), each where it is said
+    player,     // `number` of the side `name` (Left, Right) to `position`, and to `degrees` where it says so ("move")
+    time,       // `value`[0]: s
+    score,      // `value`: of the left and the right team
+    drop_ball,
+    kill_player,    // `number` of the side `name`
+    kill_server,    // "killsim"
+    request_state,  // "reqfullstate"
+    other           // not among these: `name` is its first word
+  };
+  Kind kind = Kind::other;
+  std::string_view name;
+  std::uint32_t number = 0;
+  std::array<double, 3> position{}, velocity{};
+  std::array<double, 2> value{};
+  double degrees = 0;  // of SimSpark's y axis, which is ahead: 0 looks at the left side line
+  bool has_position = false, has_velocity = false, has_degrees = false;
+};
+
+/// Reads a monitor's message one order after another. RT: yes.
+class SparkOrders {
+ public:
+  explicit SparkOrders(std::string_view text) noexcept : rest_(text) {}
+  /// False: the end, or an error.
+  bool next(SparkOrder& out) noexcept;
+  SparkError error() const noexcept { return error_; }
+
+ private:
+  std::string_view rest_;
+  SparkError error_ = SparkError::none;
+};
+/// "parenthesis", "too_many".
+std::string_view to_string(SparkError error) noexcept;
+
 /// Writes one message behind its length. Numbers are written without a locale; what is not finite is written as 0.
 /// RT: yes.
 class SparkWriter {
