@@ -13,7 +13,10 @@
 #include "apps/command/number_check.hpp"
 #include "apps/command/usage_error.hpp"
 #include "apps/toml/body_reader.hpp"
+#include "hal/platform.hpp"
+#include "hal/stream.hpp"
 #include "robots/robot_kind.hpp"
+#include "robots/spark/world/spark_plant.hpp"
 
 namespace sinew::plant {
 namespace {
@@ -169,6 +172,9 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robo
                  "ROBOT=FILE")
       ->allow_extra_args(false)
       ->type_name("FILE");
+  app.add_option("--simspark", s.simspark_peer,
+                 "world simspark: the server that the robot plays in, and its team: HOST:PORT or HOST:PORT/TEAM")
+      ->type_name("SERVER");
   app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)")
       ->check(app::whole())
       ->type_name("N");
@@ -262,6 +268,26 @@ std::string useless_behind_door(const CLI::App& app, const std::string& serve) {
        {"--robot", "--lockstep", "--free", "--wait", "--relink", "--alone", "--can", "--serial", "--servo", "--iio",
         "--v4l2", "--fault", "--list-faults", "--priority", "--format", "--gamecontroller"})
     if (app.count(option) > 0) return fmt::format("{}: not with --serve {}", option, serve);
+  return "";
+}
+
+/// Where the world simspark finds its server; an empty text, or what is wrong.
+std::string read_simspark_peer(SimulatorOptions& s) {
+  constexpr const char* kWorld = "simspark";
+  if (s.world != kWorld) return s.simspark_peer.empty() ? "" : "--simspark: only of the world simspark";
+  if (s.list_faults) return "";
+  if (s.simspark_peer.empty()) return "--world simspark: needs --simspark HOST:PORT, the server that it plays in";
+  const auto slash = s.simspark_peer.find('/');
+  const std::string place = s.simspark_peer.substr(0, slash);
+  const std::string team = slash == std::string::npos ? "Sinew" : s.simspark_peer.substr(slash + 1);
+  const bool named = !team.empty() && team.size() <= 32 && team.find_first_of(" ()") == std::string::npos;
+  if (place.find(':') == std::string::npos || !named)
+    return fmt::format("--simspark: '{}' is not HOST:PORT or HOST:PORT/TEAM; a team has 1 to 32 letters",
+                       s.simspark_peer);
+  constexpr hal::Duration kPatience = std::chrono::seconds(5);
+  const auto connect = [place] { return hal::connect_stream("tcp:" + place, kPatience); };
+  s.session.world.type = spark_world_in(*s.session.world.type, {connect, team});
+  s.session.only = sim_hil::Mode::lockstep;  // its cycles are the robot's time
   return "";
 }
 
@@ -462,6 +488,7 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
   std::string wrong = read_robots(robot_names, s.session.world);
   s.view.robots = s.session.world.robot_count();
   if (wrong.empty()) wrong = read_world_options(given, s.session.world);
+  if (wrong.empty()) wrong = read_simspark_peer(s);
   if (wrong.empty() && !s.list_faults) wrong = read_bodies(bodies, s.session.world);
   s.bodies = bodies;
   s.view.room_xml = s.session.world.type->room(s.session.world.values);

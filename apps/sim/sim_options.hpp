@@ -17,6 +17,7 @@ struct SimulatorOptions {
   std::string serve = "sinew";  // the protocol: or "usarsim", "simspark", "simspark:PORT"
   std::string world = "quad", camera = "320x240", format = "yuyv", render_test;
   std::vector<std::string> reports;        // files that get the last report; "-": standard output
+  std::string simspark_peer;               // of the world simspark: "HOST:PORT/TEAM"
   std::string scenes;                      // file that takes down the scenes of all pictures; empty: none
   std::vector<std::string> words, bodies;  // of the command line: all of them; of --body
   RedrawOptions redraw;

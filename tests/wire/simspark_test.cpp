@@ -79,6 +79,90 @@ TEST(SimSpark, WhatIsWrittenIsThatText) {
   EXPECT_EQ(std::string_view(frame.data() + 4, frame.size() - 4), kPercepts);
 }
 
+// The examples of rcsssmj's user guide.
+TEST(SimSpark, TheMujocoServersPerceptsAreReadAndWritten) {
+  constexpr std::string_view kText =
+      "(time (now 1.20))(GS (sl 2) (sr 1) (t 231.52) (pm PlayOn) (tl teamBlue) (tr teamRed))"
+      "(pos (n torso_pos) (pos -0.122 24.575 0.762))(quat (n torso_quat) (q 1.000 0.000 0.000 0.000))"
+      "(GYR (n torso) (rt -6.97 -3.31 25.16))(ACC (n torso) (a 0.13 0.41 -9.75))"
+      "(HJ (n hj1) (ax 1.43) (vx 0.03))(HJ (n hj2) (ax 16.92) (vx 1.44))"
+      "(See (G2R (pol 17.55 -3.33 4.31)) (P (team teamRed) (id 1) (head (pol 16.98 -0.21 3.19))))";
+  const SparkPercepts& p = parsed(kText);
+  EXPECT_EQ(p.left_team, "teamBlue");
+  EXPECT_EQ(p.right_team, "teamRed");
+  ASSERT_EQ(p.places, 2u);
+  EXPECT_FALSE(p.place[0].is_turn);
+  EXPECT_EQ(p.place[0].position_m, (std::array{-0.122, 24.575, 0.762}));
+  EXPECT_TRUE(p.place[1].is_turn);
+  EXPECT_EQ(p.place[1].name, "torso_quat");
+  EXPECT_EQ(p.find_joint("hj2")->degrees_per_s, 1.44);
+  EXPECT_TRUE(p.find_joint("hj2")->has_speed);
+  EXPECT_EQ(p.unknown, 0u);
+  std::array<char, 2048> buffer;
+  const auto frame = SparkWriter(buffer).percepts(p).frame();
+  EXPECT_EQ(std::string_view(frame.data() + 4, frame.size() - 4), kText);
+  EXPECT_EQ(error_of("(pos (n torso_pos) (pos 1 2))"), SparkError::missing);
+  EXPECT_EQ(error_of("(quat (n torso_quat) (pos 1 2 3))"), SparkError::missing);
+  EXPECT_EQ(error_of("(pos (pos 1 2 3))"), SparkError::missing);
+}
+
+TEST(SimSpark, TheMujocoServersAgentsAreReadAsTheyWrite) {
+  std::array<char, 512> buffer;
+  SparkWriter out(buffer);
+  out.init("T1", "teamBlue", 2).motor("he1", {12.42, 0, 0.9, 0, 0}).beam(-29.5, 16, -35);
+  const auto frame = out.frame();
+  SparkEffectors in({frame.data() + 4, frame.size() - 4});
+  SparkEffector e;
+  using Kind = SparkEffector::Kind;
+  ASSERT_TRUE(in.next(e));
+  EXPECT_EQ(e.kind, Kind::init);
+  EXPECT_EQ(e.model, "T1");
+  EXPECT_EQ(e.name, "teamBlue");
+  EXPECT_EQ(e.number, 2u);
+  ASSERT_TRUE(in.next(e));
+  EXPECT_EQ(e.kind, Kind::motor);
+  EXPECT_EQ(e.name, "he1");
+  EXPECT_EQ(e.motor, (std::array{12.42, 0.0, 0.9, 0.0, 0.0}));
+  ASSERT_TRUE(in.next(e));
+  EXPECT_EQ(e.value, (std::array{-29.5, 16.0, -35.0}));
+  EXPECT_FALSE(in.next(e));
+  SparkEffectors bad("(he1 1 2)");
+  EXPECT_FALSE(bad.next(e));
+  EXPECT_EQ(bad.error(), SparkError::missing);
+}
+
+TEST(SimSpark, OrdersOfMonitorsAreRead) {
+  SparkOrders in(
+      "(kickOff Left)(playMode PlayOn)(ball (pos 1 2 0.1)(vel 3 0 0))(agent (unum 4)(team Right)(move 1 2 0.3 -90))"
+      "(time 12.5)(score (left 2)(right 1))(dropBall)(kill (unum 1)(team Left))(reqfullstate)(killsim)(dance 1)");
+  SparkOrder o;
+  using Kind = SparkOrder::Kind;
+  std::vector<Kind> kinds;
+  while (in.next(o)) {
+    kinds.push_back(o.kind);
+    if (o.kind == Kind::ball) {
+      EXPECT_EQ(o.position, (std::array{1.0, 2.0, 0.1}));
+      EXPECT_EQ(o.velocity, (std::array{3.0, 0.0, 0.0}));
+      EXPECT_TRUE(o.has_position && o.has_velocity);
+    }
+    if (o.kind == Kind::player) {
+      EXPECT_EQ(o.name, "Right");
+      EXPECT_EQ(o.number, 4u);
+      EXPECT_EQ(o.degrees, -90);
+    }
+    if (o.kind == Kind::score) EXPECT_EQ(o.value, (std::array{2.0, 1.0}));
+  }
+  EXPECT_EQ(in.error(), SparkError::none);
+  EXPECT_EQ(kinds,
+            (std::vector{Kind::kick_off, Kind::play_mode, Kind::ball, Kind::player, Kind::time, Kind::score,
+                         Kind::drop_ball, Kind::kill_player, Kind::request_state, Kind::kill_server, Kind::other}));
+  for (const char* bad : {"(ball)", "(agent (unum 1))", "(kickOff)", "(time)", "(ball (pos 1 2))"}) {
+    SparkOrders wrong(bad);
+    EXPECT_FALSE(wrong.next(o)) << bad;
+    EXPECT_EQ(wrong.error(), SparkError::missing) << bad;
+  }
+}
+
 TEST(SimSpark, OldServersHearWithoutATeamAndWhatIsUnknownIsCounted) {
   const SparkPercepts& p = parsed("(hear 1.0 -30 x)(BAT 1)(TCH (n a) (val 0))(See (mypos 1 2 3))");
   ASSERT_EQ(p.hears, 1u);
