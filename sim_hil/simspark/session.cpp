@@ -147,7 +147,8 @@ void AgentSession::obey(std::string_view text) {
       case Kind::sync:
         synced_ = true;
         break;
-      case Kind::pass:  // its play mode is not among ours
+      case Kind::pass:   // its play mode is not among ours
+      case Kind::motor:  // the MuJoCo server's
       case Kind::other:
         counts_.add_unknown(e.kind == Kind::pass ? "pass" : e.name);
         break;
@@ -181,7 +182,7 @@ void MonitorSession::obey(const SparkOrder& o) {
   SparkGame& game = arena_.game();
   const std::optional<Team> team = team_of(o.name);
   const plant::BallTruth& ball = arena_.pitch().ball();
-  const auto useless = [&] { counts_.add_unknown("order without its sense"); };
+  const auto useless = [&] { counts_.add_unknown("order without sense"); };
   switch (o.kind) {
     case Kind::kick_off:
       if (!team) return useless();
