@@ -63,7 +63,8 @@ wire::SparkWriter& SparkAgent::command(std::span<const double> targets_rad, wire
   for (std::size_t j = 0; j < kJoints; ++j) {
     const std::size_t joint = map_.joint(j);
     const double target = joint < targets_rad.size() ? targets_rad[joint] : math::kNan;
-    const double speed = math::is_finite(target) ? map_.sign(j) * (target - felt_.joints_rad[joint]) / kCycle_s : 0.0;
+    const double speed =
+        math::is_finite(target) ? map_.sign(j) * kFollow_per_s * (target - felt_.joints_rad[joint]) : 0.0;
     out.effector(spark_joints()[j].effector, std::clamp(speed, -kMostSpeed_radps, kMostSpeed_radps));
   }
   return out;

@@ -20,6 +20,10 @@
 
 namespace sinew::simspark {
 
+/// Speed for a radian of error: joints follow as the servos do that our walk of this class of bodies was found with.
+/// The fastest that a cycle allows, 50, shakes the body on its stiff motors.
+inline constexpr double kFollow_per_s = 22;
+
 /// What the body said last. Frames: torso, x ahead, y left, z up.
 struct Felt {
   double now_s = 0;
@@ -54,8 +58,8 @@ class SparkAgent {
   };
   const Said& said() const { return said_; }
 
-  /// Adds the speeds that bring all joints to these angles within a cycle, at most at the motors' speed. NaN: stand
-  /// still, since SimSpark's motors have no torque off.
+  /// Adds the speeds that draw all joints to these angles by kFollow_per_s of the rest, at most at the motors' speed.
+  /// NaN: stand still, since SimSpark's motors have no torque off.
   wire::SparkWriter& command(std::span<const double> targets_rad, wire::SparkWriter& out) const;
 
  private:

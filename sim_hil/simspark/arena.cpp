@@ -11,7 +11,7 @@ using math::Vec3;
 using wire::SparkPercepts;
 
 constexpr double kStep_s = 1e-9 * plant::kPitchStepNs;
-constexpr double kGain_per_rad = 20;  // of the stiff servos
+constexpr double kHold_per_s = 40;  // speed for a radian of error: what holds a joint where it was told to stand
 constexpr double kParkY_m = -10.7, kParkStep_m = 1.2;
 constexpr double kBeamNoise_m = 0.05, kBeamNoise_deg = 10;
 constexpr double kHearing_m = 50;
@@ -42,7 +42,6 @@ std::unique_ptr<SparkArena> SparkArena::create(const ArenaOptions& o, std::strin
     plant::PitchBody body;
     body.body = arena->body_;
     body.errors = plant::BodyErrors::none();
-    body.gain_per_rad = kGain_per_rad;
     body.start.x_m = kParkStep_m * (static_cast<double>(i) - static_cast<double>(o.players - 1) / 2);
     body.start.y_m = kParkY_m;
     bodies.push_back(std::move(body));
@@ -180,17 +179,19 @@ void SparkArena::step() {
   for (int step = 0; step < kSteps; ++step) {
     for (std::size_t i = 0; i < slot_.size(); ++i) {
       Slot& s = slot_[i];
-      std::array<double, plant::kMostJoints> targets{};
       for (std::size_t j = 0; j < kJoints; ++j) {
         const std::size_t joint = map_.joint(j);
         const kinematics::Link& link = body_.links[joint + 1];
-        const double at = pitch_->truth(i).joint_rad[joint];
-        const double wanted = s.target_rad[j] + map_.sign(j) * s.speed_radps[j] * kStep_s;
-        s.target_rad[j] =
+        const double at = pitch_->truth(i).joint_rad[joint], speed = map_.sign(j) * s.speed_radps[j];
+        const double wanted = s.target_rad[j] + speed * kStep_s;
+        double& target = s.target_rad[j];
+        target =
             std::clamp(std::clamp(wanted, at - kMostAhead_rad, at + kMostAhead_rad), link.least_rad, link.most_rad);
-        targets[joint] = s.target_rad[j];
+        plant::JointDrive drive;
+        drive.mode = plant::DriveMode::velocity;
+        drive.velocity_radps = speed + kHold_per_s * (target - at);
+        pitch_->command(i, joint, drive);
       }
-      pitch_->command(i, std::span(targets).first(body_.joints()));
     }
     pitch_->step();
   }

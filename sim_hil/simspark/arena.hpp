@@ -9,7 +9,7 @@
 //   (*arena)->sense(*slot, percepts);
 //
 // Motors:  SimSpark's turn at the speed that they are told and hold where they are told to stand, with at most 10 N m.
-//          Here a stiff position servo follows the integral of the speed, which stays within kMostAhead_rad of the
+//          Here a servo of speed is drawn to the integral of the speed, too, which stays within kMostAhead_rad of the
 //          joint. Robots that no client has stand behind the line at y = -10.
 // Thread:  owner.
 #include <memory>
