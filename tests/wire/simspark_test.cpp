@@ -150,7 +150,9 @@ TEST(SimSpark, OrdersOfMonitorsAreRead) {
       EXPECT_EQ(o.number, 4u);
       EXPECT_EQ(o.degrees, -90);
     }
-    if (o.kind == Kind::score) EXPECT_EQ(o.value, (std::array{2.0, 1.0}));
+    if (o.kind == Kind::score) {
+      EXPECT_EQ(o.value, (std::array{2.0, 1.0}));
+    }
   }
   EXPECT_EQ(in.error(), SparkError::none);
   EXPECT_EQ(kinds,

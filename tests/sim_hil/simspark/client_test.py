@@ -55,6 +55,9 @@ class Peer:
         data = text.encode()
         self.socket.sendall(struct.pack(">I", len(data)) + data)
 
+    def __del__(self):
+        self.socket.close()
+
     def take(self, size):
         data = b""
         while len(data) < size:
@@ -221,7 +224,7 @@ class OurOwnRobotInOurOwnDoor(unittest.TestCase):
              "simspark:127.0.0.1:1", "--duration", "1", "--no-record", "--plain"],
             capture_output=True, text=True, timeout=100)
         self.assertNotEqual(done.returncode, 0)
-        self.assertIn("no server", done.stdout + done.stderr)
+        self.assertIn("the world could not be made", done.stdout + done.stderr)
 
 
 if __name__ == "__main__":
