@@ -165,6 +165,15 @@ TEST(SimSpark, OrdersOfMonitorsAreRead) {
   }
 }
 
+TEST(SimSpark, ABlindAgentsSeeHasABlankBehindItsName) {
+  SparkPercepts nothing;
+  nothing.has_see = true;
+  std::array<char, 64> buffer;
+  const auto frame = SparkWriter(buffer).percepts(nothing).frame();
+  EXPECT_EQ(std::string_view(frame.data() + 4, frame.size() - 4), "(time (now 0.00))(See )");
+  EXPECT_TRUE(parsed({frame.data() + 4, frame.size() - 4}).has_see);
+}
+
 TEST(SimSpark, OldServersHearWithoutATeamAndWhatIsUnknownIsCounted) {
   const SparkPercepts& p = parsed("(hear 1.0 -30 x)(BAT 1)(TCH (n a) (val 0))(See (mypos 1 2 3))");
   ASSERT_EQ(p.hears, 1u);

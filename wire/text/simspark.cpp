@@ -610,6 +610,7 @@ SparkWriter& SparkWriter::percepts(const SparkPercepts& p) noexcept {
   }
   if (p.has_see) {
     open("See");
+    if (p.sightings == 0) put(" ");  // agents of others look for a blank behind each name
     for (std::size_t i = 0; i < p.sightings;) {
       const SparkSeen& first = p.seen[i];
       if (first.kind != SparkSeen::Kind::player) {
