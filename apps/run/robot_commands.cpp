@@ -156,7 +156,17 @@ void describe_run(CLI::App& run, RunOptions& o) {
                  "be repeated")
       ->allow_extra_args(false)
       ->type_name(kSettingHint);
-  run.add_option("--plant", o.plant, "sim board: auto, unix:PATH or tcp:HOST:PORT")->type_name("PLACE");
+  run.add_option_function<std::string>(
+         "--plant",
+         [&o](const std::string& place) {
+           // A foreign server is the world of a simulator of our own.
+           constexpr std::string_view kSimspark = "simspark:";
+           const bool foreign = place.starts_with(kSimspark);
+           o.plant = foreign ? "auto" : place;
+           if (foreign) o.plant_args.push_back("--simspark=" + place.substr(kSimspark.size()));
+         },
+         "sim board: auto, unix:PATH or tcp:HOST:PORT; simspark:HOST:PORT[/TEAM]: a server of SimSpark")
+      ->type_name("PLACE");
   run.add_option("--plant-arg", o.plant_args, "one more argument for sinew-sim (see sinew-sim --help); may be repeated")
       ->allow_extra_args(false)
       ->type_name("ARG");

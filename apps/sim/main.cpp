@@ -6,6 +6,7 @@
 #include "apps/sim/render_test.hpp"
 #include "apps/sim/scene_record.hpp"
 #include "apps/sim/sim_options.hpp"
+#include "apps/sim/simspark_serve.hpp"
 #include "apps/sim/usarsim_serve.hpp"
 #include "apps/sim/wire_open.hpp"
 #include "hal/linux/process.hpp"
@@ -207,9 +208,9 @@ int main(int argc, char** argv) {
   if (!s.redraw.file.empty()) return plant::redraw(s.redraw);
   if (s.list_faults) return list_faults(s.session.world.type->info);
   if (!s.render_test.empty()) return plant::render_test(s.render_test, s.view, s.session.world);
-  if (s.serve == "usarsim") {
+  if (s.serve != "sinew") {
     std::string report;
-    const int code = plant::serve_usarsim(s, report);
+    const int code = s.serve == "usarsim" ? plant::serve_usarsim(s, report) : plant::serve_simspark(s, report);
     if (code != 0) return code;
     return write_reports(s.reports, report) ? 0 : 1;
   }

@@ -13,7 +13,10 @@
 #include "apps/command/number_check.hpp"
 #include "apps/command/usage_error.hpp"
 #include "apps/toml/body_reader.hpp"
+#include "hal/platform.hpp"
+#include "hal/stream.hpp"
 #include "robots/robot_kind.hpp"
+#include "robots/spark/world/spark_plant.hpp"
 
 namespace sinew::plant {
 namespace {
@@ -26,6 +29,12 @@ std::string check_size(const std::string& text) {
       h <= msg::kMaxImageHeight && w % 2 == 0)
     return "";
   return "'" + text + "' is not WIDTHxHEIGHT with an even width of 16..1280 and a height of 16..960";
+}
+
+/// Of --serve; an empty text when it is one.
+std::string check_protocol(const std::string& text) {
+  if (text == "sinew" || text == "usarsim" || !SimsparkOptions::listen_of(text).empty()) return "";
+  return "'" + text + "' is no protocol; there are sinew, usarsim, simspark and simspark:PORT";
 }
 
 /// Values as they were given, by WorldOption::option; with several robots also "ROBOT=VALUE".
@@ -139,8 +148,10 @@ std::string read_bodies(const std::vector<std::string>& files, WorldChoice& worl
 void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robot_names,
               std::vector<std::string>& bodies, std::vector<std::string>& faults, GivenOptions& given) {
   app.add_option("--listen", s.listen, "unix:PATH or tcp:HOST:PORT; port 0: the system chooses")->capture_default_str();
-  app.add_option("--serve", s.serve, "the protocol: Sinew's own, or that of USARSim (docs/usarsim.md)")
-      ->check(app::one_of({"sinew", "usarsim"}))
+  app.add_option("--serve", s.serve,
+                 "the protocol: Sinew's own (sinew), or that of USARSim (usarsim, docs/usarsim.md) or of "
+                 "SimSpark (simspark or simspark:PORT, docs/simspark.md)")
+      ->check(check_protocol)
       ->capture_default_str();
   auto* lockstep = app.add_flag("--lockstep", s.lockstep, "serve only runtimes that ask for lockstep");
   app.add_flag("--free", s.free_running, "serve only runtimes that ask for real time")->excludes(lockstep);
@@ -161,6 +172,9 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robo
                  "ROBOT=FILE")
       ->allow_extra_args(false)
       ->type_name("FILE");
+  app.add_option("--simspark", s.simspark_peer,
+                 "world simspark: the server that the robot plays in, and its team: HOST:PORT or HOST:PORT/TEAM")
+      ->type_name("SERVER");
   app.add_option("--seed", s.session.seed, "start, wind, spread and noise (default: what the runtime asks for)")
       ->check(app::whole())
       ->type_name("N");
@@ -186,6 +200,7 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robo
                "print every kind of fault for every device, and why some are not possible");
   s.wire.describe(app);
   s.usarsim.describe(app);
+  s.simspark.describe(app);
   s.game.describe(app);
   app.add_flag(
       "--alone", s.alone,
@@ -247,12 +262,32 @@ void describe(CLI::App& app, SimulatorOptions& s, std::vector<std::string>& robo
                  "write pictures of the world into this folder, time a frame, and exit");
 }
 
-/// The same with --serve usarsim: its clients bring the robots, and nothing of the own protocol is there.
-std::string useless_in_usarsim(const CLI::App& app) {
+/// The same with --serve usarsim and simspark: clients bring the robots, and nothing of the own protocol is there.
+std::string useless_behind_door(const CLI::App& app, const std::string& serve) {
   for (const char* option :
        {"--robot", "--lockstep", "--free", "--wait", "--relink", "--alone", "--can", "--serial", "--servo", "--iio",
         "--v4l2", "--fault", "--list-faults", "--priority", "--format", "--gamecontroller"})
-    if (app.count(option) > 0) return fmt::format("{}: not with --serve usarsim", option);
+    if (app.count(option) > 0) return fmt::format("{}: not with --serve {}", option, serve);
+  return "";
+}
+
+/// Where the world simspark finds its server; an empty text, or what is wrong.
+std::string read_simspark_peer(SimulatorOptions& s) {
+  constexpr const char* kWorld = "simspark";
+  if (s.world != kWorld) return s.simspark_peer.empty() ? "" : "--simspark: only of the world simspark";
+  if (s.list_faults) return "";
+  if (s.simspark_peer.empty()) return "--world simspark: needs --simspark HOST:PORT, the server that it plays in";
+  const auto slash = s.simspark_peer.find('/');
+  const std::string place = s.simspark_peer.substr(0, slash);
+  const std::string team = slash == std::string::npos ? "Sinew" : s.simspark_peer.substr(slash + 1);
+  const bool named = !team.empty() && team.size() <= 32 && team.find_first_of(" ()") == std::string::npos;
+  if (place.find(':') == std::string::npos || !named)
+    return fmt::format("--simspark: '{}' is not HOST:PORT or HOST:PORT/TEAM; a team has 1 to 32 letters",
+                       s.simspark_peer);
+  constexpr hal::Duration kPatience = std::chrono::seconds(5);
+  const auto connect = [place] { return hal::connect_stream("tcp:" + place, kPatience); };
+  s.session.world.type = spark_world_in(*s.session.world.type, {connect, team});
+  s.session.only = sim_hil::Mode::lockstep;  // its cycles are the robot's time
   return "";
 }
 
@@ -291,8 +326,11 @@ std::string useless(const CLI::App& app, const SimulatorOptions& s) {
       {"--v4l2", !lockstep, "in real time only, not with --lockstep"},
       {"--gamecontroller", !s.alone, "only for a world with runtimes, not with --alone"},
   };
-  if (s.serve == "usarsim") return useless_in_usarsim(app);
-  if (const char* option = UsarsimOptions::given(app)) return fmt::format("{}: only with --serve usarsim", option);
+  if (const char* option = UsarsimOptions::given(app); option && s.serve != "usarsim")
+    return fmt::format("{}: only with --serve usarsim", option);
+  if (const char* option = SimsparkOptions::given(app); option && !s.serves_simspark())
+    return fmt::format("{}: only with --serve simspark", option);
+  if (s.serve != "sinew") return useless_behind_door(app, s.serve);
   for (const Only& only : onlys)
     if (app.count(only.option) > 0 && !only.useful) return fmt::format("{}: {}", only.option, only.where);
   if (s.session.world.robots.size() > 1 && (s.alone || s.wire.any()))
@@ -436,6 +474,10 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
     if (app.count("--listen") == 0) s.listen = UsarsimOptions::kListen;
     if (app.count("--world") == 0) s.world = UsarsimOptions::kWorld;
   }
+  if (s.serves_simspark()) {
+    if (app.count("--listen") == 0) s.listen = SimsparkOptions::listen_of(s.serve);
+    if (app.count("--world") == 0) s.world = SimsparkOptions::kWorld;
+  }
   std::sscanf(s.camera.c_str(), "%ux%u", &s.view.width, &s.view.height);
   s.view.format = msg::pixel_format_of(s.format);
   s.view.turned_rad = s.wire.camera_turned_rad();
@@ -446,6 +488,7 @@ bool read_command_line(int argc, char** argv, SimulatorOptions& s, int& exit_cod
   std::string wrong = read_robots(robot_names, s.session.world);
   s.view.robots = s.session.world.robot_count();
   if (wrong.empty()) wrong = read_world_options(given, s.session.world);
+  if (wrong.empty()) wrong = read_simspark_peer(s);
   if (wrong.empty() && !s.list_faults) wrong = read_bodies(bodies, s.session.world);
   s.bodies = bodies;
   s.view.room_xml = s.session.world.type->room(s.session.world.values);

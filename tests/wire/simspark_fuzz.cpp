@@ -28,7 +28,8 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     const std::string_view once = written(percepts, g_first);
     if (!once.empty()) {
       if (wire::parse_spark_percepts(once, back) != wire::SparkError::none) std::abort();
-      if (back.joints != percepts.joints || back.sightings != percepts.sightings || back.hears != percepts.hears)
+      if (back.joints != percepts.joints || back.sightings != percepts.sightings || back.hears != percepts.hears ||
+          back.places != percepts.places)
         std::abort();
       if (written(back, g_second) != once) std::abort();
     }
@@ -36,6 +37,10 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
   wire::SparkEffectors in(text);
   wire::SparkEffector effector;
   for (std::size_t count = 0; in.next(effector);)
+    if (++count > size) std::abort();
+  wire::SparkOrders orders(text);
+  wire::SparkOrder order;
+  for (std::size_t count = 0; orders.next(order);)
     if (++count > size) std::abort();
   std::array<char, 64> buffer;
   wire::SparkFrames frames(buffer);

@@ -16,7 +16,7 @@ constexpr std::string_view kPercepts =
     "(FRP (n lf) (c -0.14 0.08 -0.05) (f -0.14 0.61 20.40))"
     "(See (F1L (pol 19.11 108.55 -1.58)) (B (pol 9.25 -0.10 -2.80)) (P (team RED) (id 2) (head (pol 8.21 -60.27 1.42))"
     " (rfoot (pol 8.14 -61.25 -3.20))) (L (pol 15.98 -58.32 -2.00) (pol 5.83 60.05 -5.37)))"
-    "(hear 3.98 RED 45.20 hallo)(hear 4.02 BLUE self du)(TopCameraIMG (s 2 1) (d AAECAwQF))";
+    "(hear RED 3.98 45.20 hallo)(hear BLUE 4.02 self du)(TopCameraIMG (s 2 1) (d AAECAwQF))";
 
 SparkPercepts& parsed(std::string_view text) {
   static SparkPercepts percepts;
@@ -77,6 +77,101 @@ TEST(SimSpark, WhatIsWrittenIsThatText) {
   const auto frame = out.percepts(parsed(kPercepts)).frame();
   ASSERT_GT(frame.size(), 4u);
   EXPECT_EQ(std::string_view(frame.data() + 4, frame.size() - 4), kPercepts);
+}
+
+// The examples of rcsssmj's user guide.
+TEST(SimSpark, TheMujocoServersPerceptsAreReadAndWritten) {
+  constexpr std::string_view kText =
+      "(time (now 1.20))(GS (sl 2) (sr 1) (t 231.52) (pm PlayOn) (tl teamBlue) (tr teamRed))"
+      "(pos (n torso_pos) (pos -0.122 24.575 0.762))(quat (n torso_quat) (q 1.000 0.000 0.000 0.000))"
+      "(GYR (n torso) (rt -6.97 -3.31 25.16))(ACC (n torso) (a 0.13 0.41 -9.75))"
+      "(HJ (n hj1) (ax 1.43) (vx 0.03))(HJ (n hj2) (ax 16.92) (vx 1.44))"
+      "(See (G2R (pol 17.55 -3.33 4.31)) (P (team teamRed) (id 1) (head (pol 16.98 -0.21 3.19))))";
+  const SparkPercepts& p = parsed(kText);
+  EXPECT_EQ(p.left_team, "teamBlue");
+  EXPECT_EQ(p.right_team, "teamRed");
+  ASSERT_EQ(p.places, 2u);
+  EXPECT_FALSE(p.place[0].is_turn);
+  EXPECT_EQ(p.place[0].position_m, (std::array{-0.122, 24.575, 0.762}));
+  EXPECT_TRUE(p.place[1].is_turn);
+  EXPECT_EQ(p.place[1].name, "torso_quat");
+  EXPECT_EQ(p.find_joint("hj2")->degrees_per_s, 1.44);
+  EXPECT_TRUE(p.find_joint("hj2")->has_speed);
+  EXPECT_EQ(p.unknown, 0u);
+  std::array<char, 2048> buffer;
+  const auto frame = SparkWriter(buffer).percepts(p).frame();
+  EXPECT_EQ(std::string_view(frame.data() + 4, frame.size() - 4), kText);
+  EXPECT_EQ(error_of("(pos (n torso_pos) (pos 1 2))"), SparkError::missing);
+  EXPECT_EQ(error_of("(quat (n torso_quat) (pos 1 2 3))"), SparkError::missing);
+  EXPECT_EQ(error_of("(pos (pos 1 2 3))"), SparkError::missing);
+}
+
+TEST(SimSpark, TheMujocoServersAgentsAreReadAsTheyWrite) {
+  std::array<char, 512> buffer;
+  SparkWriter out(buffer);
+  out.init("T1", "teamBlue", 2).motor("he1", {12.42, 0, 0.9, 0, 0}).beam(-29.5, 16, -35);
+  const auto frame = out.frame();
+  SparkEffectors in({frame.data() + 4, frame.size() - 4});
+  SparkEffector e;
+  using Kind = SparkEffector::Kind;
+  ASSERT_TRUE(in.next(e));
+  EXPECT_EQ(e.kind, Kind::init);
+  EXPECT_EQ(e.model, "T1");
+  EXPECT_EQ(e.name, "teamBlue");
+  EXPECT_EQ(e.number, 2u);
+  ASSERT_TRUE(in.next(e));
+  EXPECT_EQ(e.kind, Kind::motor);
+  EXPECT_EQ(e.name, "he1");
+  EXPECT_EQ(e.motor, (std::array{12.42, 0.0, 0.9, 0.0, 0.0}));
+  ASSERT_TRUE(in.next(e));
+  EXPECT_EQ(e.value, (std::array{-29.5, 16.0, -35.0}));
+  EXPECT_FALSE(in.next(e));
+  SparkEffectors bad("(he1 1 2)");
+  EXPECT_FALSE(bad.next(e));
+  EXPECT_EQ(bad.error(), SparkError::missing);
+}
+
+TEST(SimSpark, OrdersOfMonitorsAreRead) {
+  SparkOrders in(
+      "(kickOff Left)(playMode PlayOn)(ball (pos 1 2 0.1)(vel 3 0 0))(agent (unum 4)(team Right)(move 1 2 0.3 -90))"
+      "(time 12.5)(score (left 2)(right 1))(dropBall)(kill (unum 1)(team Left))(reqfullstate)(killsim)(dance 1)");
+  SparkOrder o;
+  using Kind = SparkOrder::Kind;
+  std::vector<Kind> kinds;
+  while (in.next(o)) {
+    kinds.push_back(o.kind);
+    if (o.kind == Kind::ball) {
+      EXPECT_EQ(o.position, (std::array{1.0, 2.0, 0.1}));
+      EXPECT_EQ(o.velocity, (std::array{3.0, 0.0, 0.0}));
+      EXPECT_TRUE(o.has_position && o.has_velocity);
+    }
+    if (o.kind == Kind::player) {
+      EXPECT_EQ(o.name, "Right");
+      EXPECT_EQ(o.number, 4u);
+      EXPECT_EQ(o.degrees, -90);
+    }
+    if (o.kind == Kind::score) {
+      EXPECT_EQ(o.value, (std::array{2.0, 1.0}));
+    }
+  }
+  EXPECT_EQ(in.error(), SparkError::none);
+  EXPECT_EQ(kinds,
+            (std::vector{Kind::kick_off, Kind::play_mode, Kind::ball, Kind::player, Kind::time, Kind::score,
+                         Kind::drop_ball, Kind::kill_player, Kind::request_state, Kind::kill_server, Kind::other}));
+  for (const char* bad : {"(ball)", "(agent (unum 1))", "(kickOff)", "(time)", "(ball (pos 1 2))"}) {
+    SparkOrders wrong(bad);
+    EXPECT_FALSE(wrong.next(o)) << bad;
+    EXPECT_EQ(wrong.error(), SparkError::missing) << bad;
+  }
+}
+
+TEST(SimSpark, ABlindAgentsSeeHasABlankBehindItsName) {
+  SparkPercepts nothing;
+  nothing.has_see = true;
+  std::array<char, 64> buffer;
+  const auto frame = SparkWriter(buffer).percepts(nothing).frame();
+  EXPECT_EQ(std::string_view(frame.data() + 4, frame.size() - 4), "(time (now 0.00))(See )");
+  EXPECT_TRUE(parsed({frame.data() + 4, frame.size() - 4}).has_see);
 }
 
 TEST(SimSpark, OldServersHearWithoutATeamAndWhatIsUnknownIsCounted) {

@@ -186,6 +186,8 @@ void read_game(List& list, SparkPercepts& out) noexcept {
     if (part.name == "sr") out.right_goals = part.count();
     if (part.name == "t") out.game_s = part.number();
     if (part.name == "pm") out.play_mode = part.word();
+    if (part.name == "tl") out.left_team = part.word_ahead();
+    if (part.name == "tr") out.right_team = part.word_ahead();
   });
 }
 
@@ -207,6 +209,7 @@ void read_joint(List& list, SparkPercepts& out) noexcept {
   bool has_angle = false;
   list.children([&](List& part) {
     if (part.name == "n") joint->name = part.word();
+    if (part.name == "vx") joint->degrees_per_s = part.number(), joint->has_speed = true;
     if (part.name != "ax") return;
     joint->degrees = part.number();
     has_angle = true;
@@ -230,6 +233,20 @@ void read_force(List& list, SparkPercepts& out) noexcept {
     }
   });
   if (force->name.empty() || !has_center || !has_force) list.fail(SparkError::missing);
+}
+
+/// "(pos (n NAME) (pos X Y Z))", "(quat (n NAME) (q W X Y Z))".
+void read_place(List& list, SparkPercepts& out) noexcept {
+  SparkPlace* place = place_in(out.place, out.places, list);
+  if (!place) return;
+  place->is_turn = list.name == "quat";
+  bool found = false;
+  list.children([&](List& part) {
+    if (part.name == "n") place->name = part.word();
+    if (part.name == "pos" && !place->is_turn) part.numbers(place->position_m), found = true;
+    if (part.name == "q" && place->is_turn) part.numbers(place->q), found = true;
+  });
+  if (place->name.empty() || !found) list.fail(SparkError::missing);
 }
 
 void read_player(List& list, SparkPercepts& out) noexcept {
@@ -273,7 +290,7 @@ void read_see(List& list, SparkPercepts& out) noexcept {
   });
 }
 
-/// "(hear TIME [TEAM] self|DEGREES TEXT)".
+/// "(hear [TEAM] TIME self|DEGREES TEXT)".
 void read_heard(List& list, SparkPercepts& out) noexcept {
   SparkHeard* heard = place_in(out.heard, out.hears, list);
   if (!heard) return;
@@ -282,10 +299,10 @@ void read_heard(List& list, SparkPercepts& out) noexcept {
   std::size_t count = 0;
   while (list.at_word() && count < words.size()) words[count++] = list.word();
   if (count < 3) return list.fail(SparkError::missing);
-  const auto time = parse_number(words[0]);
+  const auto time = parse_number(words[count - 3]);
   if (!time) return list.fail(SparkError::number);
   heard->time_s = *time;
-  if (count == 4) heard->team = words[1];
+  if (count == 4) heard->team = words[0];
   const std::string_view from = words[count - 2];
   heard->text = words[count - 1];
   heard->self = from == "self";
@@ -357,6 +374,8 @@ SparkError parse_spark_percepts(std::string_view text, SparkPercepts& out) noexc
       read_force(list, out);
     } else if (list.name == "See") {
       read_see(list, out);
+    } else if (list.name == "pos" || list.name == "quat") {
+      read_place(list, out);
     } else if (list.name == "hear") {
       read_heard(list, out);
     } else if (list.name.ends_with("IMG")) {
@@ -384,6 +403,11 @@ bool SparkEffectors::next(SparkEffector& out) noexcept {
     } else if (list.name == "init") {
       out.kind = Kind::init;
       out.name = {};
+      if (list.at_word()) {  // "(init T1 RED 2)"
+        out.model = list.word();
+        out.name = list.word();
+        out.number = list.count();
+      }
       list.children([&](List& part) {
         if (part.name == "unum") out.number = part.count();
         if (part.name == "teamname") out.name = part.word();
@@ -402,12 +426,92 @@ bool SparkEffectors::next(SparkEffector& out) noexcept {
     } else if (list.at_word() && parse_number(list.word_ahead())) {
       out.kind = Kind::joint;
       out.value[0] = list.number();
+      if (list.at_word()) {
+        out.kind = Kind::motor;
+        out.motor[0] = out.value[0];
+        for (std::size_t i = 1; i < out.motor.size(); ++i) out.motor[i] = list.number();
+      }
     }
     list.skip();
     rest_ = tokens.rest();
     return false;
   });
   return found && error_ == SparkError::none;
+}
+
+namespace {
+
+void read_order(List& list, SparkOrder& out) noexcept {
+  using Kind = SparkOrder::Kind;
+  const auto side_and_number = [&](List& part) {
+    if (part.name == "unum") out.number = part.count();
+    if (part.name == "team") out.name = part.word();
+  };
+  if (list.name == "kickOff" || list.name == "playMode") {
+    out.kind = list.name == "kickOff" ? Kind::kick_off : Kind::play_mode;
+    out.name = list.word();
+  } else if (list.name == "ball") {
+    out.kind = Kind::ball;
+    list.children([&](List& part) {
+      if (part.name == "pos") part.numbers(out.position), out.has_position = true;
+      if (part.name == "vel") part.numbers(out.velocity), out.has_velocity = true;
+    });
+    if (!out.has_position && !out.has_velocity) list.fail(SparkError::missing);
+  } else if (list.name == "agent") {
+    out.kind = Kind::player;
+    out.name = {};
+    list.children([&](List& part) {
+      side_and_number(part);
+      if (part.name != "pos" && part.name != "move") return;
+      part.numbers(out.position);
+      out.has_position = true;
+      if (part.name == "move") out.degrees = part.number(), out.has_degrees = true;
+    });
+    if (out.name.empty() || out.number == 0) list.fail(SparkError::missing);
+  } else if (list.name == "kill") {
+    out.kind = Kind::kill_player;
+    out.name = {};
+    list.children(side_and_number);
+    if (out.name.empty() || out.number == 0) list.fail(SparkError::missing);
+  } else if (list.name == "time") {
+    out.kind = Kind::time;
+    out.value[0] = list.number();
+  } else if (list.name == "score") {
+    out.kind = Kind::score;
+    list.children([&](List& part) {
+      if (part.name == "left") out.value[0] = part.count();
+      if (part.name == "right") out.value[1] = part.count();
+    });
+  } else if (list.name == "dropBall") {
+    out.kind = Kind::drop_ball;
+  } else if (list.name == "killsim") {
+    out.kind = Kind::kill_server;
+  } else if (list.name == "reqfullstate") {
+    out.kind = Kind::request_state;
+  }
+}
+
+}  // namespace
+
+bool SparkOrders::next(SparkOrder& out) noexcept {
+  if (error_ != SparkError::none) return false;
+  bool found = false;
+  Tokens tokens(rest_);
+  error_ = each_expression(tokens, [&](List& list) {
+    found = true;
+    out = {.name = list.name};
+    read_order(list, out);
+    list.skip();
+    rest_ = tokens.rest();
+    return false;
+  });
+  return found && error_ == SparkError::none;
+}
+
+std::string_view to_string(SparkError error) noexcept {
+  constexpr std::array<std::string_view, 7> kNames{"none",   "parenthesis", "depth",   "text",
+                                                   "number", "missing",     "too_many"};
+  return kNames[static_cast<std::size_t>(error)];
 }
 
 SparkWriter& SparkWriter::put(std::string_view text) noexcept {
@@ -438,6 +542,16 @@ SparkWriter& SparkWriter::effector(std::string_view joint, double radps) noexcep
   return open(joint).number(radps, kDecimals).close();
 }
 
+SparkWriter& SparkWriter::init(std::string_view model, std::string_view team, std::uint32_t number_) noexcept {
+  return open("init").word(model).word(team).number(number_, 0).close();
+}
+
+SparkWriter& SparkWriter::motor(std::string_view name, const std::array<double, 5>& values) noexcept {
+  open(name);
+  for (const double value : values) number(value, kDecimals);
+  return close();
+}
+
 SparkWriter& SparkWriter::beam(double x_m, double y_m, double degrees) noexcept {
   return open("beam").number(x_m).number(y_m).number(degrees).close();
 }
@@ -460,7 +574,18 @@ SparkWriter& SparkWriter::percepts(const SparkPercepts& p) noexcept {
     put(" ").open("sl").number(p.left_goals, 0).close().put(" ").open("sr").number(p.right_goals, 0).close();
     put(" ").open("t").number(p.game_s).close();
     if (!p.play_mode.empty()) put(" ").open("pm").word(p.play_mode).close();
+    if (!p.left_team.empty()) put(" ").open("tl").word(p.left_team).close();
+    if (!p.right_team.empty()) put(" ").open("tr").word(p.right_team).close();
     close();
+  }
+  for (const SparkPlace& place : std::span(p.place).first(p.places)) {
+    open(place.is_turn ? "quat" : "pos").put(" ").open("n").word(place.name).close();
+    put(" ").open(place.is_turn ? "q" : "pos");
+    if (place.is_turn)
+      for (const double value : place.q) number(value, 3);
+    else
+      for (const double value : place.position_m) number(value, 3);
+    close().close();
   }
   if (p.has_gyro) {
     open("GYR").put(" ").open("n").word("torso").close();
@@ -472,8 +597,11 @@ SparkWriter& SparkWriter::percepts(const SparkPercepts& p) noexcept {
     vector("a", p.acceleration_mps2);
     close();
   }
-  for (const SparkJoint& joint : std::span(p.joint).first(p.joints))
-    open("HJ").put(" ").open("n").word(joint.name).close().put(" ").open("ax").number(joint.degrees).close().close();
+  for (const SparkJoint& joint : std::span(p.joint).first(p.joints)) {
+    open("HJ").put(" ").open("n").word(joint.name).close().put(" ").open("ax").number(joint.degrees).close();
+    if (joint.has_speed) put(" ").open("vx").number(joint.degrees_per_s).close();
+    close();
+  }
   for (const SparkForce& force : std::span(p.force).first(p.forces)) {
     open("FRP").put(" ").open("n").word(force.name).close();
     vector("c", force.center_m);
@@ -482,6 +610,7 @@ SparkWriter& SparkWriter::percepts(const SparkPercepts& p) noexcept {
   }
   if (p.has_see) {
     open("See");
+    if (p.sightings == 0) put(" ");  // agents of others look for a blank behind each name
     for (std::size_t i = 0; i < p.sightings;) {
       const SparkSeen& first = p.seen[i];
       if (first.kind != SparkSeen::Kind::player) {
@@ -505,8 +634,9 @@ SparkWriter& SparkWriter::percepts(const SparkPercepts& p) noexcept {
     close();
   }
   for (const SparkHeard& heard : std::span(p.heard).first(p.hears)) {
-    open("hear").number(heard.time_s);
+    open("hear");
     if (!heard.team.empty()) word(heard.team);
+    number(heard.time_s);
     if (heard.self)
       word("self");
     else

@@ -11,9 +11,15 @@
 //   out.effector("he1", 1.5).sync();
 //   send(out.frame());                                   // with its length; empty: it did not fit
 //
+// The league's MuJoCo server (rcsssmj, port 60000, monitors 60001) has the same frames and expressions, but for these:
+// no scene, "(init T1 RED 2)" is the first message and percepts come behind it; motors take "(he1 q dq kp kd tau)" in
+// degrees; joints say their speed, too, "(HJ (n hj1) (ax 1.43) (vx 0.03))"; "(pos ...)" and "(quat ...)" say where the
+// torso is; GS has both teams' names and not the own number; its axes are x ahead, y left, z up.
+//
 // Frames:  torso: x right, y ahead, z up (SimSpark's); pol: distance (m), azimuth (left positive) and elevation (up
 //          positive) in degrees from the camera.
-// Source:  the SimSpark wiki (Network Protocol, Perceptors, Effectors); rcssserver3d 0.7.3 as it was seen on the wire.
+// Source:  the SimSpark wiki (Network Protocol, Perceptors, Effectors); rcssserver3d 0.7.3 as it was seen on the wire;
+//          the user guide of rcsssmj (Agent Protocol).
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -65,6 +71,16 @@ struct SparkPolar {
 struct SparkJoint {
   std::string_view name;  // "hj1", "rlj3"
   double degrees = 0;
+  bool has_speed = false;  // MuJoCo server
+  double degrees_per_s = 0;
+};
+
+/// MuJoCo server: where a thing is in the world, or how it is turned there.
+struct SparkPlace {
+  std::string_view name;  // "torso_pos", "torso_quat"
+  bool is_turn = false;
+  std::array<double, 3> position_m{};
+  std::array<double, 4> q{1, 0, 0, 0};  // w, x, y, z
 };
 
 /// One foot in contact; coordinates of the foot's own frame.
@@ -110,6 +126,7 @@ struct SparkPercepts {
   std::uint32_t left_goals = 0, right_goals = 0;
   double game_s = 0;
   std::string_view play_mode;
+  std::string_view left_team, right_team;  // MuJoCo server
 
   std::array<double, 3> gyro_dps{}, acceleration_mps2{};
 
@@ -118,6 +135,8 @@ struct SparkPercepts {
   std::array<SparkSeen, 160> seen{};  // 8 landmarks, a ball, 21 players of 5 parts, lines
   std::array<SparkHeard, 8> heard{};
   std::array<SparkImage, 2> image{};
+  std::array<SparkPlace, 4> place{};
+  std::size_t places = 0;
   std::size_t joints = 0, forces = 0, sightings = 0, hears = 0, images = 0;
   bool has_see = false;       // the server sends it each third cycle
   std::uint32_t unknown = 0;  // expressions that are not among these: left out
@@ -133,8 +152,9 @@ SparkError parse_spark_percepts(std::string_view text, SparkPercepts& out) noexc
 struct SparkEffector {
   enum class Kind : std::uint8_t {
     scene,  // the body to be made: `name` is its file, `type` its number ("nao_hetero.rsg 3"), 0 where none is said
-    init,   // `name` of the team, `number` of the player; 0: the server chooses
+    init,   // `name` of the team, `number` of the player; 0: the server chooses; MuJoCo server: `model` of the body
     joint,  // `name` and value[0]: rad/s
+    motor,  // MuJoCo server: `name` and motor: position (degrees), speed (degrees/s), both gains, torque (N m)
     beam,   // value: x, y (m), degrees
     say,    // `name`: the text
     pass,
@@ -145,6 +165,8 @@ struct SparkEffector {
   std::string_view name;
   std::uint32_t number = 0, type = 0;
   std::array<double, 3> value{};
+  std::string_view model{};
+  std::array<double, 5> motor{};
 };
 
 /// Reads an agent's message one expression after another.
@@ -162,6 +184,45 @@ class SparkEffectors {
   SparkError error_ = SparkError::none;
 };
 
+/// One order of a monitor (port 3200), which leads a game as a trainer.
+struct SparkOrder {
+  enum class Kind : std::uint8_t {
+    kick_off,   // `name`: Left or Right
+    play_mode,  // `name`: "PlayOn"
+    ball,       // to `position`, with `velocity` (m, m/s; the field's frame), each where it is said
+    player,     // `number` of the side `name` (Left, Right) to `position`, and to `degrees` where it says so ("move")
+    time,       // `value`[0]: s
+    score,      // `value`: of the left and the right team
+    drop_ball,
+    kill_player,    // `number` of the side `name`
+    kill_server,    // "killsim"
+    request_state,  // "reqfullstate"
+    other           // not among these: `name` is its first word
+  };
+  Kind kind = Kind::other;
+  std::string_view name;
+  std::uint32_t number = 0;
+  std::array<double, 3> position{}, velocity{};
+  std::array<double, 2> value{};
+  double degrees = 0;  // of SimSpark's y axis, which is ahead: 0 looks at the left side line
+  bool has_position = false, has_velocity = false, has_degrees = false;
+};
+
+/// Reads a monitor's message one order after another. RT: yes.
+class SparkOrders {
+ public:
+  explicit SparkOrders(std::string_view text) noexcept : rest_(text) {}
+  /// False: the end, or an error.
+  bool next(SparkOrder& out) noexcept;
+  SparkError error() const noexcept { return error_; }
+
+ private:
+  std::string_view rest_;
+  SparkError error_ = SparkError::none;
+};
+/// "parenthesis", "too_many".
+std::string_view to_string(SparkError error) noexcept;
+
 /// Writes one message behind its length. Numbers are written without a locale; what is not finite is written as 0.
 /// RT: yes.
 class SparkWriter {
@@ -172,6 +233,9 @@ class SparkWriter {
   SparkWriter& scene(std::string_view file) noexcept { return open("scene").word(file).close(); }
   SparkWriter& init(std::uint32_t number, std::string_view team) noexcept;
   SparkWriter& effector(std::string_view joint, double radps) noexcept;
+  /// MuJoCo server.
+  SparkWriter& init(std::string_view model, std::string_view team, std::uint32_t number) noexcept;
+  SparkWriter& motor(std::string_view name, const std::array<double, 5>& values) noexcept;
   SparkWriter& beam(double x_m, double y_m, double degrees) noexcept;
   SparkWriter& say(std::string_view text) noexcept { return open("say").word(text).close(); }
   SparkWriter& sync() noexcept { return open("syn").close(); }
