@@ -170,7 +170,7 @@ export class History {
 // ---- the drawing of an option
 
 export const kNodeHeight = 28;
-const kGapX = 34, kGapY = 46, kTop = 30, kLetter = 6.7, kSmallLetter = 5.7;
+const kGapX = 34, kGapY = 46, kLetter = 6.7, kSmallLetter = 6.3;
 
 export interface StateNode {
   place: number;
@@ -186,6 +186,8 @@ export interface Arrow {
   decisions: number[];
   label: string;
   path: string;
+  /** Others pass near it: its label would stand over theirs, were all shown. */
+  crowded: boolean;
   at: { x: number; y: number; anchor: "start" | "end" | "middle" };
 }
 
@@ -246,19 +248,22 @@ export function stateDrawingOf(plan: Plan, option: PlanOption): StateDrawing {
   const lineWidth = (line: number[]) => line.reduce((sum, p) => sum + widthOf(p), 0) + kGapX * (line.length - 1);
   const inner = Math.max(...lines.map(lineWidth));
 
+  const top = option.decisions.some((d) => plan.decisions[d]!.from === null) ? 30 : 6;
   const nodes: StateNode[] = [];
   const at = new Map<number, StateNode>();
   lines.forEach((line, rank) => {
     let x = (inner - lineWidth(line)) / 2;
     for (const place of line) {
-      const node = { place, x, y: kTop + rank * (kNodeHeight + kGapY), width: widthOf(place) };
+      const node = { place, x, y: top + rank * (kNodeHeight + kGapY), width: widthOf(place) };
       nodes.push(node);
       at.set(place, node);
       x += node.width + kGapX;
     }
   });
 
-  const arrows = [...bundles].map(([key, b]): Arrow => {
+  const crowdedAt = (place: number) => lines[ranks.get(place)!]!.length > 1;
+  const arrows = [...bundles].map(([key, bundle]): Arrow => {
+    const b = { ...bundle, crowded: bundle.from !== null && (crowdedAt(bundle.from) || crowdedAt(bundle.to)) };
     const label = labelOf(b);
     const to = at.get(b.to)!, toX = to.x + to.width / 2;
     if (b.from === null) {
@@ -294,12 +299,13 @@ export function stateDrawingOf(plan: Plan, option: PlanOption): StateDrawing {
     return { ...b, label, path: `M${x1} ${y1}L${x - Math.sign(out) * 10} ${y1}Q${x} ${y1} ${x} ${y1 + turn}L${x} ${y2 - turn}Q${x} ${y2} ${x - Math.sign(out) * 10} ${y2}L${x2} ${y2}`, at: { x: x + (onLeft ? -4 : 4), y: (y1 + y2) / 2 + 4 + (lane.get(key)! % 2 ? 14 : -8), anchor: onLeft ? "end" : "start" } };
   });
   let left = -4, right = inner + 4;
+  const lowest = Math.max(0, ...arrows.map((a) => a.at.y + 8));
   for (const { label, at } of arrows) {
     const long = label.length * kSmallLetter, before = at.anchor === "start" ? 0 : at.anchor === "end" ? long : long / 2;
-    left = Math.min(left, at.x - before);
-    right = Math.max(right, at.x - before + long);
+    left = Math.min(left, at.x - before - 4);
+    right = Math.max(right, at.x - before + long + 4);
   }
-  return { nodes, arrows, left, width: right - left, height: kTop + lines.length * (kNodeHeight + kGapY) - kGapY + 6 };
+  return { nodes, arrows, left, width: right - left, height: Math.max(lowest, top + lines.length * (kNodeHeight + kGapY) - kGapY + 6) };
 }
 
 /** Three digits, no zeros behind: "0.34", "1", "12.3". */

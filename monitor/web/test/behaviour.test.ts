@@ -112,7 +112,7 @@ describe("the drawing of an option", () => {
       const d = stateDrawingOf(plan, option);
       for (const n of d.nodes) expect(n.x >= d.left && n.x + n.width <= d.left + d.width && n.y + kNodeHeight <= d.height).toBe(true);
       for (const a of d.arrows) {
-        const long = a.label.length * 5.7, end = d.left + d.width;
+        const long = a.label.length * 6.3, end = d.left + d.width;
         const from = a.at.x - (a.at.anchor === "start" ? 0 : a.at.anchor === "end" ? long : long / 2);
         expect([a.label, from >= d.left - 1e-9, from + long <= end + 1e-9]).toEqual([a.label, true, true]);
         const xs = [...a.path.matchAll(/(-?[0-9.]+) (-?[0-9.]+)/g)].map((m) => Number(m[1]));

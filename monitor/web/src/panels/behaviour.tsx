@@ -21,7 +21,7 @@ export function BehaviourPanel({ robot, tile, set }: PanelProps) {
   const topic = topics.find((t) => t === tile.state.topic) ?? topics[0];
   const writer = robot.topics.value?.find((t) => `/${t.name}` === topic)?.writer ?? "";
   const all = tile.state.shows === "all";
-  const seconds = tile.state.seconds === "10" || tile.state.seconds === "120" ? tile.state.seconds : "30";
+  const seconds = tile.state.seconds === "30" || tile.state.seconds === "120" ? tile.state.seconds : "10";
   return (
     <>
       <Tools>
@@ -240,7 +240,8 @@ function OptionCard({ plan, name, active, span, now_ns, held, picked, onPick }: 
           const last = isLast(a), out = isAt(a.from) || (a.from === null && active !== null && !isAt(a.to));
           if (front !== (last || out)) return null;
           return (
-            <g key={`${a.from}>${a.to}`} class={cx("behaviour-arrow", last ? "last" : out && "out")}>
+            <g key={`${a.from}>${a.to}`} class={cx("behaviour-arrow", a.crowded && "crowded", last ? "last" : out && "out")}>
+              <title>{a.label}</title>
               <path d={a.path} marker-end={`url(#behaviour-arrow${last ? "-last" : out ? "-out" : ""})`} class={cx(a.from === null && "any")} />
               <text x={a.at.x} y={a.at.y} text-anchor={a.at.anchor}>{a.label}</text>
             </g>
