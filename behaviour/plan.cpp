@@ -31,6 +31,7 @@ class Checker {
     for (std::uint32_t o = 0; o < plan_.options.size(); ++o) check_names(o);
     for (Plan::Option& option : plan_.options) check_states(option);
     check_calls();
+    number();
     return std::move(problems_);
   }
 
@@ -123,6 +124,23 @@ class Checker {
     path_.pop_back();
   }
 
+  /// Gives each decision its place, and looks whether all have room in the message.
+  void number() {
+    std::uint32_t states = 0, decisions = 0;
+    for (Plan::Option& option : plan_.options) {
+      states += static_cast<std::uint32_t>(option.states.size());
+      for (Plan::Decision& decision : option.always) decision.place = decisions++;
+      for (Plan::State& state : option.states)
+        for (Plan::Decision& decision : state.decisions) decision.place = decisions++;
+    }
+    const auto at_most = [this](std::size_t n, std::size_t most, const char* what) {
+      if (n > most) say("the plan has " + std::to_string(n) + " " + what + ", at most " + std::to_string(most));
+    };
+    at_most(plan_.options.size(), msg::kMaxPlanOptions, "options");
+    at_most(states, msg::kMaxPlanStates, "states");
+    at_most(decisions, msg::kMaxPlanDecisions, "decisions");
+  }
+
   Plan& plan_;
   std::vector<std::string> problems_;
   std::set<std::uint32_t> called_;
@@ -150,6 +168,34 @@ Plan::Place Plan::numbered(std::int64_t number) const {
     before += states;
   }
   return {};
+}
+
+void Plan::describe(std::string_view force, msg::BehaviourPlan& out) const {
+  out = {};
+  put(force, out.force);
+  for (const Option& option : options) {
+    const std::uint32_t o = out.options++, first = out.states;
+    put(option.name, out.option[o].name);
+    for (std::size_t p = 0; p < option.parameters.size(); ++p)
+      put(option.parameters[p], out.option[o].parameter[p].name);
+    const auto add = [&](const Decision& decision, std::uint32_t from) {
+      msg::PlanDecision& added = out.decision[out.decisions++];
+      put(decision.name, added.name);
+      added.option = o;
+      added.from = from;
+      added.to = first + decision.to;
+    };
+    for (const Decision& decision : option.always) add(decision, msg::kNoPlace);
+    for (const State& state : option.states) {
+      msg::PlanState& added = out.state[out.states];
+      put(state.name, added.name);
+      added.option = o;
+      added.calls = state.calls;
+      added.is_final = state.is_final ? 1 : 0;
+      for (const Decision& decision : state.decisions) add(decision, out.states);
+      ++out.states;
+    }
+  }
 }
 
 std::string Plan::graphviz() const {
@@ -204,6 +250,11 @@ std::string Plan::mermaid() const {
     text += "  }\n";
   }
   return text;
+}
+
+void put(std::string_view name, msg::BehaviourName& out) {
+  out.fill(0);
+  for (std::size_t i = 0; i < name.size() && i + 1 < out.size(); ++i) out[i] = static_cast<std::uint8_t>(name[i]);
 }
 
 bool explain(const std::vector<std::string>& problems, rt::Setup& setup) {

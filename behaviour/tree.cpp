@@ -3,11 +3,6 @@
 namespace sinew::behaviour {
 namespace {
 
-void put(std::string_view name, msg::BehaviourName& out) {
-  out.fill(0);
-  for (std::size_t i = 0; i < name.size() && i + 1 < out.size(); ++i) out[i] = static_cast<std::uint8_t>(name[i]);
-}
-
 Here here(const Progress::Level& level, Time now, const Parameters& parameter) {
   return {msg::seconds(now - Time{level.entered_ns}), msg::seconds(now - Time{level.state_entered_ns}), parameter};
 }
@@ -26,18 +21,21 @@ void enter(Progress::Level& level, std::uint32_t state, std::uint32_t decision, 
 /// The first decision that says yes. True: the option is in another state, or in the same one anew.
 bool take_decision(const Plan& plan, Runner::Calls& calls, Progress::Level& level, Time now, Look& look) {
   const Plan::Option& option = plan.options[level.option];
-  for (std::uint32_t i = 0; i < option.always.size(); ++i)
-    if (option.always[i].to != level.state && calls.decide(level, true, i, look)) {
-      enter(level, option.always[i].to, i, true, now);
-      return true;
-    }
+  for (std::uint32_t i = 0; i < option.always.size(); ++i) {
+    if (option.always[i].to == level.state) continue;
+    look.asks(option.always[i].place);
+    if (!calls.decide(level, true, i, look)) continue;
+    enter(level, option.always[i].to, i, true, now);
+    return true;
+  }
   const Plan::State& state = option.states[level.state];
-  for (std::uint32_t i = 0; i < state.decisions.size(); ++i)
-    if (calls.decide(level, false, i, look)) {
-      // The name of the decision is found again by the state that it left; see report().
-      enter(level, state.decisions[i].to, i | (level.state << 16), false, now);
-      return true;
-    }
+  for (std::uint32_t i = 0; i < state.decisions.size(); ++i) {
+    look.asks(state.decisions[i].place);
+    if (!calls.decide(level, false, i, look)) continue;
+    // The decision is found again by the state that it left; see report().
+    enter(level, state.decisions[i].to, i | (level.state << 16), false, now);
+    return true;
+  }
   return false;
 }
 
@@ -49,12 +47,19 @@ void report(const Plan& plan, const Progress::Level& level, const Parameters& pa
   put(option.name, out.option);
   put(option.states[level.state].name, out.state);
   if (level.decision == kNone) return;
-  put(level.common ? option.always[level.decision].name
-                   : option.states[level.decision >> 16].decisions[level.decision & 0xFFFF].name,
-      out.decision);
+  const Plan::Decision& by = level.common ? option.always[level.decision]
+                                          : option.states[level.decision >> 16].decisions[level.decision & 0xFFFF];
+  put(by.name, out.decision);
+  out.decision_place = by.place;
 }
 
 }  // namespace
+
+bool Progress::tells_plan(Time now) {
+  if (now.ns < next_plan_ns) return false;
+  next_plan_ns = now.ns + std::chrono::nanoseconds(kPlanPeriod).count();
+  return true;
+}
 
 double Look::operator()(std::string_view name, double value) {
   if (into_.reads == into_.read.size()) {
@@ -64,6 +69,7 @@ double Look::operator()(std::string_view name, double value) {
   msg::DecisionRead& read = into_.read[into_.reads++];
   read.value = value;
   read.depth = depth_;
+  read.decision = decision_;
   put(name, read.name);
   return value;
 }

@@ -13,6 +13,7 @@
 //
 // Source:  the notions are those of XABSL (Loetzsch, Risler, Juengel: XABSL - a pragmatic approach to behavior
 //          engineering, IROS 2006); docs/behaviour.md says what differs.
+#include <chrono>
 #include <deque>
 #include <initializer_list>
 #include <span>
@@ -23,6 +24,8 @@ namespace sinew::behaviour {
 
 using msg::Time;
 using Parameters = std::array<double, msg::kMaxBehaviourParameters>;
+
+inline constexpr std::chrono::seconds kPlanPeriod{5};
 
 /// Where a tree is: all that it keeps between steps. One may be a module's state (rt::Declaration::state()).
 struct Progress {
@@ -35,6 +38,11 @@ struct Progress {
   };
   std::array<Level, msg::kMaxBehaviourDepth> level{};
   std::uint32_t depth = 0, changes = 0;
+  std::int64_t next_plan_ns = 0;
+
+  /// True at the first step and each kPlanPeriod after it: when a module publishes its plan, so that each part of a
+  /// recording has it.   RT: yes.
+  bool tells_plan(Time now);
 };
 
 /// What an action knows besides the board.
@@ -56,11 +64,13 @@ class Look {
   double in_state_s() { return (*this)("in_state_s", here_.in_state_s); }
   /// The option below this state was in a final state at the end of the step before.
   bool done() { return (*this)("done", done_); }
+  /// Of the runner: the decision that is asked next, by its place in the plan.
+  void asks(std::uint32_t decision) { decision_ = decision; }
 
  private:
   const Here& here_;
   bool done_;
-  std::uint32_t depth_;
+  std::uint32_t depth_, decision_ = kNone;
   msg::BehaviourState& into_;
 };
 

@@ -30,6 +30,7 @@ void PlaySoccer::declare(rt::Declaration& d) {
   d.out("kick", kick_);
   d.out("gaze", gaze_);
   d.out("state", state_);
+  d.out("plan", plan_);
   d.state(progress_, chosen_, ball_before_, asked_);
   d.param("player", player_,
           {.min = 1, .max = 11, .doc = "its number in the team, for its place before a kick-off; 1: in the goal"});
@@ -158,6 +159,11 @@ rt::StepStatus PlaySoccer::step(const rt::Step& step) noexcept {
 
   msg::BehaviourState& state = state_.loan();
   tree_.step(progress_, b, step.now, tree_.plan().numbered(force_), state);
+  if (progress_.tells_plan(step.now)) {
+    msg::BehaviourPlan& plan = plan_.loan();
+    tree_.plan().describe("force", plan);
+    plan.stamp = step.now;
+  }
   chosen_ = b.chosen;
   ball_before_ = b.ball_before;
   if (b.kicks) {

@@ -39,6 +39,7 @@ class PlaySoccer final : public rt::Module {
   rt::Out<msg::KickRequest> kick_;
   rt::Out<msg::GazeCommand> gaze_;
   rt::Out<msg::BehaviourState> state_;
+  rt::Out<msg::BehaviourPlan> plan_;
 
   PlayBoard board_;
 

@@ -26,6 +26,10 @@ void Team::declare(rt::Declaration& d) {
   d.param("gate", options_.gate, {.min = 1, .max = 200, .doc = "squared difference beyond which two balls are two"});
   d.param("most_mirrored", options_.most_mirrored,
           {.min = 0, .max = 0.5, .doc = "who may so well be in the other half is not believed"});
+  d.param("own_eyes_s", options_.own_eyes_s,
+          {.unit = "s", .min = 0, .max = 10, .doc = "a ball seen so lately is not overruled by one mate alone"});
+  d.param("doubt_s", options_.doubt_s,
+          {.unit = "s", .min = 0, .max = 600, .doc = "so long a mate that the own eyes contradicted counts half"});
   d.param("walk_mps", walk_mps_, {.unit = "m/s", .min = 0.01, .max = 5, .doc = "for the time to the ball"});
   d.param("turn_radps", turn_radps_, {.unit = "rad/s", .min = 0.05, .max = 10, .doc = "the same"});
   d.param(
@@ -34,7 +38,7 @@ void Team::declare(rt::Declaration& d) {
   d.param(
       "keeps_s", roles_.keeps_s,
       {.unit = "s", .min = 0, .max = 20, .doc = "by so much sooner another one must be at the ball to be the striker"});
-  d.state(heard_, plays_);
+  d.state(heard_, contradicted_, plays_);
 }
 
 msg::SoccerRole Team::role_now(const msg::SoccerReport& own, const msg::TeamModel& team, rt::Time now) const {
@@ -80,7 +84,13 @@ rt::StepStatus Team::step(const rt::Step& step) noexcept {
   msg::TeamModel& team = team_.loan();
   team.stamp = step.now;
   team.mate = heard_.report;
-  put_together(ball ? own_ball(*ball, *field, options_) : std::nullopt, step.now, options_, team);
+  std::uint32_t doubted = 0;
+  for (std::size_t i = 0; i < kMates; ++i)
+    if (contradicted_[i].ns > 0 && msg::seconds(step.now - contradicted_[i]) < options_.doubt_s) doubted |= 1U << i;
+  put_together(ball ? own_ball(*ball, *field, options_) : std::nullopt, step.now, options_, doubted, team);
+  if ((team.ball_from >> kOwnBallBit & 1) != 0)
+    for (std::size_t i = 0; i < kMates; ++i)
+      if ((team.distrusted >> i & 1) != 0) contradicted_[i] = step.now;
   plays_ = role_now(report, team, step.now);
   report.role = team.role = plays_;
   return rt::StepStatus::ok;

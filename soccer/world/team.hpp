@@ -16,7 +16,7 @@ namespace sinew::soccer {
 class Team final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
-  void reset() override { heard_ = {}, plays_ = msg::SoccerRole::none; }
+  void reset() override { heard_ = {}, contradicted_ = {}, plays_ = msg::SoccerRole::none; }
   rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
@@ -41,6 +41,7 @@ class Team final : public rt::Module {
   std::int64_t role_ = 0;
 
   Heard heard_;                                    // state
+  std::array<rt::Time, kMates> contradicted_{};    // state: when the own eyes last did
   msg::SoccerRole plays_ = msg::SoccerRole::none;  // state: its role
 };
 

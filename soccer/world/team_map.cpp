@@ -68,7 +68,8 @@ void fill_report(const msg::FieldPose& pose, const msg::BallModel* ball, const T
   out.has_ball = ball->x_m > 0 && ball->x_m < kFeet_m && math::fabs(ball->y_m) < kBeside_m ? 1 : 0;
 }
 
-void put_together(const std::optional<BallReport>& own, msg::Time now, const TeamMapOptions& o, msg::TeamModel& out) {
+void put_together(const std::optional<BallReport>& own, msg::Time now, const TeamMapOptions& o, std::uint32_t doubted,
+                  msg::TeamModel& out) {
   std::array<BallReport, kMostReports> all;
   std::size_t count = 0;
   const auto use = [&](const BallReport& b) {
@@ -86,13 +87,20 @@ void put_together(const std::optional<BallReport>& own, msg::Time now, const Tea
          math::Mat<2, 2>{m.ball.xx_m2, m.ball.xy_m2, m.ball.xy_m2, m.ball.yy_m2}, double{m.ball_confidence},
          m.ball_seen, static_cast<std::uint32_t>(i)});
   }
+  const bool sees = own && count > 0 && all[0].bit == kOwnBallBit && msg::seconds(now - own->seen) <= o.own_eyes_s;
+  const auto weight_of = [&](const BallReport& b) {
+    const bool doubt = b.bit != kOwnBallBit && (doubted >> b.bit & 1) != 0;
+    return doubt ? 0.5 * b.confidence : b.confidence;
+  };
   // The group around each; the own one counts first where two weigh the same.
   double best_weight = 0;
   std::size_t centre = count;
   for (std::size_t i = 0; i < count; ++i) {
     double weight = 0;
+    std::size_t members = 0;
     for (std::size_t k = 0; k < count; ++k)
-      if (k == i || chi2(all[i], all[k]) < o.gate) weight += all[k].confidence;
+      if (k == i || chi2(all[i], all[k]) < o.gate) weight += weight_of(all[k]), ++members;
+    if (sees && i != 0 && members == 1) continue;
     if (weight > best_weight) best_weight = weight, centre = i;
   }
   if (centre == count) return;

@@ -1,7 +1,8 @@
 #pragma once
 // What a team knows together of the ball: the own sighting and those of the mates, each as old and as sure as it is.
-// The largest group that agrees makes the ball; whoever contradicts it is distrusted. Frames:  "field" of
-// msg/soccer.hpp. Thread:  any.   RT: yes.
+// The largest group that agrees makes the ball; whoever contradicts it is distrusted. One mate alone, however sure it
+// says it is, does not overrule what the robot sees itself. Frames:  "field" of msg/soccer.hpp. Thread:  any.   RT:
+// yes.
 #include <optional>
 #include <span>
 
@@ -19,6 +20,8 @@ struct TeamMapOptions {
   double gate = 9;                  // squared difference by covariance beyond which two balls are two
   double most_mirrored = 0.3;       // a robot that may so well be in the other half tells nothing of the field
   double least_confidence = 0.3;
+  double own_eyes_s = 1;  // a ball that the robot saw so lately is not overruled by one mate alone
+  double doubt_s = 10;    // so long a mate that the own eyes contradicted counts half where two balls are two
 };
 
 /// One ball that somebody believes in.
@@ -40,8 +43,9 @@ std::optional<BallReport> own_ball(const msg::BallModel& ball, const msg::FieldP
 void fill_report(const msg::FieldPose& pose, const msg::BallModel* ball, const TeamMapOptions& options,
                  msg::SoccerReport& out);
 
-/// Puts together the ball and the counts; `out.mate` is there already. `now` ages the sightings.
+/// Puts together the ball and the counts; `out.mate` is there already. `now` ages the sightings. `doubted`: bit n: mate
+/// n was contradicted by the own eyes lately.
 void put_together(const std::optional<BallReport>& own, msg::Time now, const TeamMapOptions& options,
-                  msg::TeamModel& out);
+                  std::uint32_t doubted, msg::TeamModel& out);
 
 }  // namespace sinew::soccer

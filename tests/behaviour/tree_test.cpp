@@ -79,6 +79,10 @@ TEST_F(TreeTest, GoesFromStateToStateAndSaysWhy) {
   ASSERT_NE(ball, end);
   EXPECT_EQ(ball->value, 0.1);
   EXPECT_EQ(ball->depth, 1U);
+  msg::BehaviourPlan plan;
+  tree_.plan().describe("force", plan);
+  EXPECT_EQ(text(plan.decision[ball->decision].name), text(state_.active[1].decision));
+  EXPECT_EQ(ball->decision, state_.active[1].decision_place);
   EXPECT_EQ(run(), "play/kick");
   EXPECT_EQ(state_.active[0].entered, Time{100'000'000});
   EXPECT_EQ(state_.active[0].state_entered, now_);
@@ -165,6 +169,40 @@ TEST_F(TreeTest, IsDrawn) {
   EXPECT_NE(mermaid.find("go_to__there --> [*]"), std::string::npos) << mermaid;
 }
 
+TEST_F(TreeTest, ThePlanIsAMessageWithEveryNameInItsPlace) {
+  msg::BehaviourPlan plan;
+  tree_.plan().describe("force", plan);
+  EXPECT_EQ(text(plan.force), "force");
+  ASSERT_EQ(plan.options, 2U);
+  ASSERT_EQ(plan.states, 5U);
+  EXPECT_EQ(text(plan.option[1].name), "go_to");
+  EXPECT_EQ(text(plan.option[1].parameter[0].name), "near_m");
+  EXPECT_EQ(text(plan.option[1].parameter[1].name), "");
+  for (std::uint32_t s = 0; s < plan.states; ++s) {  // the number by which it is held
+    const Plan::Place place = tree_.plan().numbered(s + 1);
+    EXPECT_EQ(plan.state[s].option, place.option);
+    EXPECT_EQ(text(plan.state[s].name), tree_.plan().options[place.option].states[place.state].name);
+  }
+  EXPECT_EQ(plan.state[1].calls, 1U);  // approach runs go_to
+  EXPECT_EQ(plan.state[2].calls, msg::kNoPlace);
+  EXPECT_EQ(plan.state[4].is_final, 1U);
+  // `lost` leads from every state of `play` to its first.
+  EXPECT_EQ(text(plan.decision[0].name), "lost");
+  EXPECT_EQ(plan.decision[0].from, msg::kNoPlace);
+  EXPECT_EQ(plan.decision[0].to, 0U);
+  const msg::PlanDecision& last = plan.decision[plan.decisions - 1];
+  EXPECT_EQ(last.option, 1U);
+  EXPECT_EQ(text(plan.state[last.from].name), "walk");
+  EXPECT_EQ(text(plan.state[last.to].name), "there");
+}
+
+TEST_F(TreeTest, ThePlanIsToldAtTheFirstStepAndAgainEachFiveSeconds) {
+  std::string told;
+  for (int s = 0; s <= 11; ++s)
+    if (progress_.tells_plan(Time{7'000'000'000 + s * 1'000'000'000LL})) told += std::to_string(s) + " ";
+  EXPECT_EQ(told, "0 5 10 ");
+}
+
 bool never(const Board&, Look&) { return false; }
 
 TEST(Plan, EachProblemIsASentence) {
@@ -210,6 +248,18 @@ TEST(Plan, AnOptionIsNotCalledDeeperThanTheMessageHasRoomFor) {
   };
   EXPECT_TRUE(problems(msg::kMaxBehaviourDepth).empty());
   EXPECT_FALSE(problems(msg::kMaxBehaviourDepth + 1).empty());
+}
+
+TEST(Plan, MoreThanItsMessageHasRoomForIsAProblem) {
+  Tree<Board> tree;
+  auto& root = tree.option("root");
+  for (std::size_t i = 0; i <= msg::kMaxPlanStates; ++i) {
+    auto& state = root.state("s" + std::to_string(i));
+    const std::string next = "s" + std::to_string(i == msg::kMaxPlanStates ? 0 : i + 1);
+    for (const char* name : {"a", "b"}) state.to(next, name, never);
+  }
+  EXPECT_EQ(tree.resolve(), (std::vector<std::string>{"the plan has 65 states, at most 64",
+                                                      "the plan has 130 decisions, at most 128"}));
 }
 
 /// A module with a tree: parameters and the forced state change while it runs; no step allocates (the rig's trap).

@@ -19,6 +19,7 @@ export function firstViews(): View[] {
     { id: "timing", name: "Timing", root: split("column", [44, 56], tile("layout", { mode: "graph" }), tile("chronometer")) },
     { id: "signals", name: "Signals", root: split("row", [62, 38], split("column", [1, 1], tile("plots"), tile("plots", { fields: [] })), tile("messages")) },
     { id: "tuning", name: "Tuning", root: split("row", [48, 52], tile("parameters"), split("column", [1, 1], tile("plots"), tile("scene"))) },
+    { id: "behaviour", name: "Behaviour", root: split("row", [72, 28], tile("behaviour"), split("column", [1, 1], tile("images"), tile("scene"))) },
     { id: "runs", name: "Runs", root: split("row", [55, 45], tile("record"), tile("layout", { mode: "tree" })) },
   ];
 }

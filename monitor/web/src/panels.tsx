@@ -3,6 +3,7 @@
 import { useEffect, useRef, useState } from "preact/hooks";
 import { get } from "./api";
 import { local } from "./monitor";
+import { BehaviourPanel } from "./panels/behaviour";
 import { ChronometerPanel } from "./panels/chronometer";
 import { HealthPanel } from "./panels/health";
 import { ImagesPanel } from "./panels/images";
@@ -29,6 +30,7 @@ const kPanels: [id: string, name: string, panel: (props: PanelProps) => preact.J
   ["plots", "Plots", PlotsPanel],
   ["messages", "Messages", MessagesPanel],
   ["scene", "3D", ScenePanel],
+  ["behaviour", "Behaviour", BehaviourPanel],
   ["health", "Health", HealthPanel],
   ["layout", "Layout", LayoutPanel],
   ["chronometer", "Chronometer", ChronometerPanel],

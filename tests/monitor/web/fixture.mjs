@@ -14,6 +14,7 @@ const { chromium } = createRequire(join(root, "monitor/web/package.json"))("play
 const kPatience_ms = 120_000;
 // Slower than real time, so that the simulator leaves the browser a processor, and a robot has time to spare.
 const kPaced = ["--rate", "0.5", "--duration", "100000"];
+const kSoon = ["--set", "sim.referee_ready_s=4", "--set", "sim.referee_set_s=1"];
 
 export class Fixture {
   constructor(programs, pictures) {
@@ -79,10 +80,24 @@ export class Fixture {
     return this.start(`seesaw of ${machine}`, "sinew", ["run", join(root, "robots/seesaw/seesaw.toml"), ...kPaced, "--quiet"], machine);
   }
 
+  /** Plays soccer alone: it has a behaviour. The referee lets it begin soon. */
+  kid() {
+    return this.start("kid", "sinew", ["run", join(root, "robots/kid/kid_play.toml"), ...kPaced, ...kSoon, "--no-record", "--quiet"]);
+  }
+
+  /** Some seconds of its game in virtual time, as a run of this name. */
+  async recordKid(name, seconds) {
+    await this.run(name, ["run", join(root, "robots/kid/kid_play.toml"), "--virtual", "--duration", String(seconds), "--name", name, ...kSoon]);
+  }
+
   /** Some seconds of a flight in virtual time, recorded with its pictures as a run of this name. */
   async record(name, seconds, seed) {
+    await this.run(name, ["run", join(root, "robots/quad/quad.toml"), "--virtual", "--seed", String(seed), "--duration", String(seconds), "--name", name, "--record-images"]);
+  }
+
+  async run(name, args) {
     const folder = join(this.folder, `recorder of ${name}`);
-    await this.start(name, "sinew", ["run", join(root, "robots/quad/quad.toml"), "--virtual", "--seed", String(seed), "--duration", String(seconds), "--name", name, "--record-images", "--runs", folder, "--quiet"]).over;
+    await this.start(name, "sinew", [...args, "--runs", folder, "--quiet"]).over;
     this.children.delete(name);
     mkdirSync(this.runs, { recursive: true });
     renameSync(realpathSync(join(folder, "latest")), join(this.runs, name));

@@ -220,6 +220,59 @@ test("Parameters: changed within their range, marked, saved; what is refused say
   await page.context().close();
 });
 
+test("Behaviour: active options, their states, what decisions read; a state is held and released", async () => {
+  f.kid();
+  await f.listed("kid_blue");
+  const page = await f.open({ view: "behaviour", robot: "kid_blue" });
+  const panel = tile(page, "behaviour", "kid_blue");
+  const row = (option) => panel.getByRole("row").filter({ has: page.locator("strong", { hasText: new RegExp(`^${option}$`) }) });
+  const card = (option) => panel.getByRole("region", { name: `Option ${option}`, exact: true });
+  const force = async () => (await f.ask("kid_blue", "params?module=player")).params.find((p) => p.param === "force").value;
+  await matches(row("game"), /playing/);
+  await matches(row("striker"), /search|approach|align|kick|follow/);
+  await matches(card("game").locator(".behaviour-state.active"), /playing/);
+  assert.equal(await card("striker").locator(".behaviour-state").count(), 5); // as docs/soccer-play.md draws it
+  await matches(card("striker").locator(".behaviour-decisions"), /ball_age_s [0-9.]+|place_m [0-9.]+|in_state_s [0-9.]+/);
+  await until(() => panel.locator(".behaviour-strip rect").count().then((n) => n >= 4), "what was before, in the strip");
+  await matches(card("striker").locator(".behaviour-came"), /ago by/);
+  await f.picture(page, "behaviour");
+
+  await card("striker").getByRole("button", { name: "Hold striker / follow" }).click();
+  await press(() => panel.getByRole("button", { name: "Hold", exact: true }).click(), async () => (await force()) === 14);
+  await matches(panel.getByRole("status"), /held striker \/ follow by player\.force/);
+  await matches(card("striker").locator(".behaviour-state.active.held"), /follow/);
+  await matches(card("striker"), /its decisions are not asked/);
+  await f.picture(page, "behaviour-held");
+  await press(() => panel.getByRole("button", { name: "Release" }).click(), async () => (await force()) === 0);
+  await until(async () => (await panel.getByRole("status").count()) === 0, "it to be released");
+
+  const looker = await f.open({ view: "behaviour", robot: "kid_blue", token: "" });
+  const looks = tile(looker, "behaviour", "kid_blue");
+  await looks.getByRole("button", { name: "Hold game / halt" }).click();
+  await looks.getByRole("button", { name: "Hold", exact: true }).click();
+  await matches(looker.getByRole("alert"), /token/);
+  assert.equal(await force(), 0);
+  await looker.context().close();
+  await page.context().close();
+  await f.stop("kid");
+});
+
+test("Behaviour: of a recorded run, with all options, by day; nothing can be held there", async () => {
+  await f.recordKid("game", 25);
+  const player = f.start("recorded game", "sinew", ["bag", "play", join(f.runs, "game/run.mcap"), "--name", "game", "--loop"]);
+  await f.listed("game");
+  const page = await f.open({ view: "behaviour", robot: "game", scheme: "light" });
+  const panel = tile(page, "behaviour", "game");
+  await panel.getByRole("button", { name: "All", exact: true }).click();
+  await until(() => panel.locator(".behaviour-option").count().then((n) => n === 6), `the six options\n${player.output}`);
+  await matches(panel.locator(".behaviour-option.active h3", { hasText: /^striker/ }), /striker/);
+  await until(() => panel.locator(".behaviour-strip rect").count().then((n) => n >= 4), "the strip");
+  assert.equal(await panel.getByRole("button", { name: /^Hold/ }).count(), 0);
+  await f.picture(page, "behaviour-recorded");
+  await page.context().close();
+  await f.stop("recorded game");
+});
+
 test("Record: starts and stops a recording, with size and verdict", async () => {
   f.seesaw();
   await f.listed("seesaw");

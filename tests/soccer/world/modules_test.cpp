@@ -212,5 +212,92 @@ TEST(Team, ReportsTheOwnBallAndPutsTogetherWhatTheMatesSay) {
   EXPECT_NEAR(model->ball_x_m, 2.1, 0.03);
 }
 
+/// Robot 3 of a team in virtual time: mates 2 and 5 report twice a second. The ball lies at (2, 0) before it.
+class TeamFor : public testing::Test {
+ protected:
+  /// What a mate says of a ball at `x`; nothing while it is dead.
+  void says(std::uint32_t robot, double x, float variance, msg::SoccerRole role, float to_ball_s) {
+    msg::FromMate<msg::SoccerReport> mate;
+    mate.stamp = mate.message.stamp = mate.message.ball_seen = now_;
+    mate.robot = robot;
+    mate.message.mirrored = 0.01F, mate.message.plays = 1, mate.message.ball_confidence = 0.98F;
+    mate.message.ball = {static_cast<float>(x), 0, variance, 0, variance};
+    mate.message.role = role, mate.message.to_ball_s = to_ball_s;
+    rig_.put("mates", mate);
+  }
+  const msg::TeamModel& step(bool sees) {
+    msg::FieldPose pose;
+    pose.stamp = now_;
+    pose.found = 1, pose.mirrored = 0.01;
+    pose.covariance = {0.01, 0, 0, 0, 0.01, 0, 0, 0, 0.0001};
+    rig_.put("field", pose);
+    msg::GaitState gait;
+    gait.stamp = now_, gait.mode = msg::GaitMode::walk;
+    rig_.put("gait", gait);
+    if (sees) {
+      msg::BallModel ball;
+      ball.stamp = ball.seen = now_;
+      ball.x_m = 2, ball.confidence = 0.7;
+      ball.covariance[0] = ball.covariance[5] = 0.04;
+      rig_.put("ball", ball);
+    }
+    msg::TeamState state;
+    state.stamp = now_;
+    state.robot = 3, state.mates = 2;
+    state.mate[0].robot = 2, state.mate[1].robot = 5;
+    rig_.put("state", state);
+    EXPECT_EQ(rig_.step(now_ + 20ms, 500ms), rt::StepStatus::ok);
+    now_ = now_ + 500ms;
+    return *rig_.get<msg::TeamModel>("team");
+  }
+  Team team_;
+  rt::ModuleRig rig_{team_};
+  msg::Time now_{5'000'000'000};
+};
+
+TEST_F(TeamFor, TenSecondsAMateThatLiesMovesTheBallOfNobodyAndTakesNoRole) {
+  for (int i = 0; i < 4; ++i) {
+    says(2, 2, 0.04F, msg::SoccerRole::goalie, 12);
+    says(5, 2, 0.04F, msg::SoccerRole::supporter, 15);
+    EXPECT_EQ(step(true).role, msg::SoccerRole::striker);
+  }
+  // Robot 5 says for 10 s, very sure, that the ball lies 3 m beside where it is, at its feet. The goalie does not see
+  // it all of the time, and half of all that is said is lost.
+  for (int i = 0; i < 20; ++i) {
+    if (i % 4 == 1) says(2, 2, 0.04F, msg::SoccerRole::goalie, 12);
+    if (i % 2 == 0) says(5, -1, 0.0001F, msg::SoccerRole::supporter, 0.1F);
+    const msg::TeamModel& model = step(i % 5 != 3);  // it looks away for half a second, now and then
+    EXPECT_NEAR(model.ball_x_m, 2, 0.3) << i;
+    EXPECT_EQ(model.distrusted, 2U) << i;
+    EXPECT_EQ(model.role, msg::SoccerRole::striker) << i;
+  }
+  // It tells the truth again, and is believed at once.
+  says(2, 2, 0.04F, msg::SoccerRole::goalie, 12);
+  says(5, 2, 0.04F, msg::SoccerRole::supporter, 0.1F);
+  const msg::TeamModel& after = step(true);
+  EXPECT_EQ(after.distrusted, 0U);
+  EXPECT_EQ(after.role, msg::SoccerRole::supporter) << "the other one is at the ball";
+}
+
+TEST_F(TeamFor, TheRoleOfAMateThatDiesIsTakenOverWithinThreeSeconds) {
+  for (int i = 0; i < 6; ++i) {
+    says(2, 2, 0.04F, msg::SoccerRole::goalie, 12);
+    says(5, 2, 0.04F, msg::SoccerRole::striker, 1);
+    EXPECT_EQ(step(true).role, msg::SoccerRole::supporter);
+  }
+  // The striker dies.
+  const msg::Time died = now_;
+  msg::SoccerRole role = msg::SoccerRole::supporter;
+  while (role == msg::SoccerRole::supporter && now_ - died < 10s) {
+    says(2, 2, 0.04F, msg::SoccerRole::goalie, 12);
+    role = step(true).role;
+  }
+  EXPECT_EQ(role, msg::SoccerRole::striker);
+  EXPECT_LE(msg::seconds(now_ - died), 3.0);
+  // Then the goalie, too: the last one goes to the ball.
+  for (int i = 0; i < 8; ++i) role = step(true).role;
+  EXPECT_EQ(role, msg::SoccerRole::striker);
+}
+
 }  // namespace
 }  // namespace sinew::soccer::modules_test

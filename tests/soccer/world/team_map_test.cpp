@@ -29,14 +29,14 @@ BallReport mine(double x, double y, double sigma_m) {
 TEST(TeamMap, ThoseThatAgreeMakeOneBallAndTheSurerCountsMore) {
   msg::TeamModel team;
   team.mate[0] = mate(1.2, 0, 0.1, 0);
-  put_together(mine(1.0, 0, 0.1), kNow, {}, team);
+  put_together(mine(1.0, 0, 0.1), kNow, {}, 0, team);
   EXPECT_NEAR(team.ball_x_m, 1.1, 1e-6);
   EXPECT_EQ(team.ball_from, (1U << kOwnBallBit) | 1U);
   EXPECT_NEAR(team.ball_covariance_m2[0], 0.005, 1e-6) << "two are surer than one";
   EXPECT_GT(team.ball_confidence, 0.95);
   team = {};
   team.mate[0] = mate(1.2, 0, 0.3, 0);
-  put_together(mine(1.0, 0, 0.1), kNow, {}, team);
+  put_together(mine(1.0, 0, 0.1), kNow, {}, 0, team);
   EXPECT_NEAR(team.ball_x_m, 1.02, 1e-3);
 }
 
@@ -44,22 +44,51 @@ TEST(TeamMap, WhoContradictsTheOthersIsDistrusted) {
   msg::TeamModel team;
   team.mate[0] = mate(1.1, 0, 0.2);
   team.mate[2] = mate(-1.1, 0, 0.2);  // in the other half, by mistake
-  put_together(mine(1.0, 0, 0.2), kNow, {}, team);
+  put_together(mine(1.0, 0, 0.2), kNow, {}, 0, team);
   EXPECT_EQ(team.distrusted, 1U << 2);
   EXPECT_EQ(team.mates, 2U);
   EXPECT_NEAR(team.ball_x_m, 1.05, 0.05);
 }
 
+TEST(TeamMap, OneMateAloneDoesNotOverruleTheOwnEyesHoweverSureItIs) {
+  BallReport own = mine(1, 0, 0.2);
+  own.confidence = 0.4;
+  msg::TeamModel team;
+  team.mate[0] = mate(-2, 0, 0.02);
+  put_together(own, kNow, {}, 0, team);
+  EXPECT_NEAR(team.ball_x_m, 1, 1e-6);
+  EXPECT_EQ(team.distrusted, 1U);
+  // Two that agree do; and one does where the own ball was seen long ago.
+  team = {};
+  team.mate[0] = mate(-2, 0, 0.02), team.mate[1] = mate(-2, 0, 0.02);
+  put_together(own, kNow, {}, 0, team);
+  EXPECT_NEAR(team.ball_x_m, -2, 1e-6);
+  team = {};
+  team.mate[0] = mate(-2, 0, 0.02);
+  own.confidence = 0.9, own.seen = {kNow.ns - 2'000'000'000};
+  put_together(own, kNow, {}, 0, team);
+  EXPECT_NEAR(team.ball_x_m, -2, 1e-6);
+}
+
+TEST(TeamMap, OfTwoMatesTheOneThatWasContradictedBeforeCountsLess) {
+  msg::TeamModel team;
+  team.mate[0] = mate(-2, 0, 0.02), team.mate[1] = mate(1, 0, 0.2);
+  team.mate[1].ball_confidence = 0.6F;
+  put_together(std::nullopt, kNow, {}, 1, team);
+  EXPECT_NEAR(team.ball_x_m, 1, 1e-6);
+  EXPECT_EQ(team.distrusted, 1U);
+}
+
 TEST(TeamMap, OldReportsCountLessAndTheOldestNothing) {
   msg::TeamModel team;
   team.mate[0] = mate(2, 1, 0.1, 2);
-  put_together(std::nullopt, kNow, {}, team);
+  put_together(std::nullopt, kNow, {}, 0, team);
   EXPECT_NEAR(team.ball_x_m, 2, 1e-6);
   EXPECT_GT(team.ball_covariance_m2[0], 0.05) << "it may have been moved since";
   EXPECT_LT(team.ball_confidence, 0.9);
   team = {};
   team.mate[0] = mate(2, 1, 0.1, 4);
-  put_together(std::nullopt, kNow, {}, team);
+  put_together(std::nullopt, kNow, {}, 0, team);
   EXPECT_EQ(team.mates, 0U);
   EXPECT_EQ(team.ball_seen, msg::Time{0});
   EXPECT_EQ(team.ball_confidence, 0);
@@ -69,7 +98,7 @@ TEST(TeamMap, ARollingBallIsWhereItMustHaveRolled) {
   msg::TeamModel team;
   team.mate[0] = mate(0, 0, 0.1, 1);
   team.mate[0].ball_vx_mps = 1;
-  put_together(std::nullopt, kNow, {}, team);
+  put_together(std::nullopt, kNow, {}, 0, team);
   EXPECT_NEAR(team.ball_x_m, 1 - 0.5 * 0.35, 1e-6);
   EXPECT_NEAR(team.ball_vx_mps, 0.65, 1e-6);
 }
@@ -80,7 +109,7 @@ TEST(TeamMap, WhoDoesNotKnowItsHalfTellsNothingOfTheField) {
   team.mate[0].mirrored = 0.5F;
   team.mate[1] = mate(2, 1, 0.1);
   team.mate[1].plays = 0;
-  put_together(std::nullopt, kNow, {}, team);
+  put_together(std::nullopt, kNow, {}, 0, team);
   EXPECT_EQ(team.mates, 1U);
   EXPECT_EQ(team.ball_from, 0U);
 }
