@@ -19,6 +19,7 @@ struct TeamMapOptions {
   double gate = 9;                  // squared difference by covariance beyond which two balls are two
   double most_mirrored = 0.3;       // a robot that may so well be in the other half tells nothing of the field
   double least_confidence = 0.3;
+  double feet_m = 0.25;  // a ball nearer than this before the robot is its own
 };
 
 /// One ball that somebody believes in.
