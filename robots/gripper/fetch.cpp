@@ -22,7 +22,6 @@ constexpr double kTurn_per_s = 1.8, kDrive_per_s = 0.9, kAhead_rad = 0.5;
 constexpr double kForgotten_s = 1.5;  // a ball that should be in sight and is not
 constexpr double kBlind_m = 0.65;     // nearer than this the ball leaves the picture
 constexpr double kStall_radps = 0.3, kStall_s = 0.3;
-constexpr double kWallStep_m = 0.3, kWallRadius_m = 0.1;
 constexpr double kLookFrom_m = 0.8;             // from the team's ball: it looks for it by itself
 constexpr double kTells_s = 4, kBrought_s = 2;  // that the ball is at the goal; so long it is said to be there
 constexpr double kSigma_m = 0.03, kSigmaShare = 0.05, kBallSeen_s = 5;
@@ -40,9 +39,9 @@ void Fetch::declare(rt::Declaration& d) {
   d.out("velocity", velocity_);
   d.out("gripper", gripper_, {.channels = 1});
   d.out("mission", mission_);
-  d.out("ball", ball_model_);
+  d.out("own_ball", ball_model_);
   d.state(past_, ball_at_, mark_, in_phase_s_, stalled_s_, unseen_s_, since_, ball_stamp_, phase_, sightings_, closes_,
-          backs_off_, brought_s_, told_s_, start_, team_ball_, known_);
+          backs_off_, brought_s_, told_s_, start_, team_ball_, known_, wall_end_);
   d.param("camera_x_m", camera_x_m_, {.unit = "m", .min = -1, .max = 1, .doc = "of the camera before the wheels"});
   d.param("camera_z_m", camera_z_m_, {.unit = "m", .min = 0.05, .max = 2, .doc = "of the camera above the ground"});
   d.param("camera_down_rad", camera_down_rad_, {.unit = "rad", .min = 0, .max = 1.4, .doc = "how far it looks down"});
@@ -66,9 +65,9 @@ void Fetch::declare(rt::Declaration& d) {
   d.param("for_team", for_team_, {.doc = "it fetches when the team needs it, and brings the ball to the goal"});
   d.param("goal_x_m", goal_x_m_, {.unit = "m", .min = -10, .max = 10, .doc = "of a team: along the field"});
   d.param("goal_y_m", goal_y_m_, {.unit = "m", .min = -10, .max = 10, .doc = "and across the field"});
-  d.param("wall_x_m", wall_x_m_, {.unit = "m", .min = -10, .max = 10, .doc = "a wall across the field stands here"});
-  d.param("wall_from_y_m", wall_from_y_m_, {.unit = "m", .min = -10, .max = 10, .doc = "it begins here"});
-  d.param("wall_to_y_m", wall_to_y_m_,
+  d.param("wall_x_m", wall_.x_m, {.unit = "m", .min = -10, .max = 10, .doc = "a wall across the field stands here"});
+  d.param("wall_from_y_m", wall_.from_y_m, {.unit = "m", .min = -10, .max = 10, .doc = "it begins here"});
+  d.param("wall_to_y_m", wall_.to_y_m,
           {.unit = "m", .min = -10, .max = 10, .doc = "and ends here; not farther to the left: there is none"});
   d.param("mate_radius_m", mate_radius_m_, {.unit = "m", .min = 0.05, .max = 1, .doc = "of a mate that is in the way"});
   d.param("margin_m", margin_m_, {.unit = "m", .min = 0.05, .max = 1, .doc = "from its middle to what is in the way"});
@@ -87,6 +86,7 @@ void Fetch::reset() {
   start_ = {};
   team_ball_ = {};
   known_ = {};
+  wall_end_ = WallEnd::none;
 }
 
 void Fetch::enter(MissionPhase phase, rt::Time now) {
@@ -123,8 +123,14 @@ bool Fetch::has_stalled(const msg::JointState& gripper) const {
   return math::fabs(gripper.velocity_radps[0]) < kStall_radps;
 }
 
-Fetch::Drive Fetch::drive_to(Point to, double stop_m, const msg::NavState& state) const {
-  const double x = to.x_m - state.p_world_m.x, y = to.y_m - state.p_world_m.y;
+Fetch::Drive Fetch::drive_to(Point to, double stop_m, const msg::NavState& state) {
+  double x = to.x_m - state.p_world_m.x, y = to.y_m - state.p_world_m.y;
+  if (known_.start != 0 && wall_.stands()) {
+    const soccer::FieldPoint here = start_.out(state.p_world_m.x, state.p_world_m.y);
+    const soccer::FieldPoint next = way_round(here, start_.out(to.x_m, to.y_m), wall_, margin_m_, wall_end_);
+    const soccer::FieldPoint own = start_.in(next.x_m, next.y_m);
+    if (wall_end_ != WallEnd::none) x = own.x_m - state.p_world_m.x, y = own.y_m - state.p_world_m.y, stop_m = 0;
+  }
   double aside = math::wrap_pi(math::atan2(y, x) - math::Quat(state.q_world_base).yaw());
   const double far_m = math::hypot(x, y), left_m = far_m - stop_m;
   if (rounds_ > 0 && far_m > kNear_m) {
@@ -132,7 +138,8 @@ Fetch::Drive Fetch::drive_to(Point to, double stop_m, const msg::NavState& state
     aside = soccer::way_rad({far_m * t.cos, far_m * t.sin}, std::span(round_).first(rounds_), margin_m_);
   }
   Drive drive{std::max(0.0, kDrive_per_s * left_m), kTurn_per_s * aside};
-  const double most_aside = left_m + stop_m < kNear_m ? kLevel_rad : kAhead_rad;
+  const double most_aside = left_m + stop_m < kNear_m && wall_end_ == WallEnd::none ? kLevel_rad : kAhead_rad;
+  if (wall_end_ != WallEnd::none) drive.forward_mps = fast_mps_;  // it does not stop at a corner
   if (math::fabs(aside) > most_aside) drive.forward_mps = 0;
   return drive;
 }
@@ -243,8 +250,6 @@ void Fetch::hear(const msg::NavState& state, double dt_s, rt::Time now) {
   const auto add = [&](double x_m, double y_m, double radius_m) {
     if (rounds_ < round_.size()) round_[rounds_++] = {on_field.in(x_m, y_m), radius_m};
   };
-  for (double y = wall_from_y_m_; wall_to_y_m_ > wall_from_y_m_ && y <= wall_to_y_m_ + 1e-9; y += kWallStep_m)
-    add(wall_x_m_, y, kWallRadius_m);
   if (!team) return;
   // Also one that has fallen silent stands where it was.
   for (const msg::SoccerReport& mate : team->mate)
@@ -293,7 +298,7 @@ void Fetch::tell(const msg::NavState& state, rt::Time now) {
 
 Fetch::Drive Fetch::act(const msg::NavState& state, const msg::JointState& gripper, rt::Time now) {
   const bool may_leave = phase_ == MissionPhase::search || phase_ == MissionPhase::approach;
-  if (may_leave && !may_fetch(now)) {
+  if (may_leave && (brought_s_ > kBrought_s || !may_fetch(now))) {
     closes_ = backs_off_ = 0;
     enter(MissionPhase::wait, now);
   }

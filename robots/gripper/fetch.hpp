@@ -6,6 +6,7 @@
 #include "msg/motion.hpp"
 #include "msg/safety.hpp"
 #include "msg/soccer.hpp"
+#include "robots/gripper/wall_way.hpp"
 #include "rt/module.hpp"
 #include "soccer/play/walk_to.hpp"
 
@@ -44,7 +45,7 @@ class Fetch final : public rt::Module {
   bool may_fetch(rt::Time now) const;
   Point goal() const;
   void tell(const msg::NavState& state, rt::Time now);
-  Drive drive_to(Point to, double stop_m, const msg::NavState& state) const;
+  Drive drive_to(Point to, double stop_m, const msg::NavState& state);
   Drive act(const msg::NavState& state, const msg::JointState& gripper, rt::Time now);
   Drive look_for_ball(const msg::NavState& state, rt::Time now);
   Drive approach(const msg::NavState& state, rt::Time now);
@@ -67,8 +68,9 @@ class Fetch final : public rt::Module {
   double fast_mps_ = 0.35, slow_mps_ = 0.12, carry_mps_ = 0.3, search_radps_ = 0.6;
   double wait_s_ = 2, home_within_m_ = 0.1;
   bool for_team_ = false;
-  double goal_x_m_ = -3.5, goal_y_m_ = 0, wall_x_m_ = 0, wall_from_y_m_ = 0, wall_to_y_m_ = 0;
-  double mate_radius_m_ = 0.3, margin_m_ = 0.4, brought_within_m_ = 0.4;
+  double goal_x_m_ = -3.5, goal_y_m_ = 0;
+  Wall wall_;
+  double mate_radius_m_ = 0.3, margin_m_ = 0.35, brought_within_m_ = 0.4;
 
   // Saved with a recording.
   control::PoseHistory past_;
@@ -78,14 +80,15 @@ class Fetch final : public rt::Module {
   soccer::FieldAt start_{};  // of its own frame on the field
   Point team_ball_{};        // own frame
   Known known_{};
+  WallEnd wall_end_ = WallEnd::none;  // past which it goes now
   rt::Time since_{}, ball_stamp_{};
   msg::MissionPhase phase_ = msg::MissionPhase::wait;
   std::uint32_t sightings_ = 0;  // one after the other, near each other
   std::uint32_t closes_ = 0;     // 1: the gripper is told to be closed
   std::uint32_t backs_off_ = 0;  // 1: away from a ball that it missed
 
-  // Of this step: what is in the way, in the robot's frame.
-  std::array<soccer::Round, 16> round_{};
+  // Of this step: mates that are in the way, in the robot's frame.
+  std::array<soccer::Round, 7> round_{};
   std::size_t rounds_ = 0;
 };
 

@@ -7,7 +7,7 @@ namespace sinew::mixed {
 using namespace std::chrono_literals;
 
 void OrangeBall::declare(rt::Declaration& d) {
-  d.in("sight", sight_, {.max_age = 1s});
+  d.in("game", sight_, {.max_age = 1s});
   d.in("ball", ball_, {.max_age = 1s});
   d.in("camera", camera_, {.depth = 4});
   d.out("sight", out_);

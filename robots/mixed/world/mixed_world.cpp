@@ -157,8 +157,7 @@ void MixedWorld::add_to(JsonObject& report) const {
   report.number("gripped_at_s", gripped_s_);
   report.number("brought_at_s", brought_s_);
   const GripperOnPitch* by = carrier();
-  report.integer("brought_by",
-                 by ? static_cast<std::int64_t>(std::ranges::find(grippers_, by) - grippers_.begin()) : -1);
+  report.number("brought_by", by ? static_cast<double>(std::ranges::find(grippers_, by) - grippers_.begin()) : -1);
 }
 
 }  // namespace sinew::plant

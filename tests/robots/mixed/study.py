@@ -41,7 +41,7 @@ def play(sinew, seed, loss=0.3, kind="none", seconds=150, record=None):
     # The one that saw the world last: a robot that has gone has an older report.
     last = max(robots.values(), key=lambda r: r.get("plant_s", 0))
     return {"seed": seed, "outcome": last["verdict"]["outcome"], "good": last["verdict"]["good"],
-            "by": NAMES[last["brought_by"]] if last["brought_by"] >= 0 else "-",
+            "by": NAMES[int(last["brought_by"])] if last["brought_by"] >= 0 else "-",
             "gripped_s": last["gripped_at_s"], "brought_s": last["brought_at_s"], "from_goal_m": last["object_from_goal_m"],
             "falls": robots["finder"].get("falls", 0), "codes": {n: r["exit_code"] for n, r in said["robots"].items()},
             "grips": {n: robots[n]["grips"] for n in NAMES[1:]}, "errors": done.stderr}
