@@ -41,7 +41,7 @@ void Fetch::declare(rt::Declaration& d) {
   d.out("mission", mission_);
   d.out("own_ball", ball_model_);
   d.state(past_, ball_at_, mark_, in_phase_s_, stalled_s_, unseen_s_, since_, ball_stamp_, phase_, sightings_, closes_,
-          backs_off_, brought_s_, told_s_, start_, team_ball_, known_, wall_end_);
+          backs_off_, brought_s_, told_s_, looked_s_, start_, team_ball_, known_, wall_end_);
   d.param("camera_x_m", camera_x_m_, {.unit = "m", .min = -1, .max = 1, .doc = "of the camera before the wheels"});
   d.param("camera_z_m", camera_z_m_, {.unit = "m", .min = 0.05, .max = 2, .doc = "of the camera above the ground"});
   d.param("camera_down_rad", camera_down_rad_, {.unit = "rad", .min = 0, .max = 1.4, .doc = "how far it looks down"});
@@ -82,7 +82,7 @@ void Fetch::reset() {
   since_ = ball_stamp_ = {};
   phase_ = MissionPhase::wait;
   sightings_ = closes_ = backs_off_ = 0;
-  brought_s_ = told_s_ = 0;
+  brought_s_ = told_s_ = looked_s_ = 0;
   start_ = {};
   team_ball_ = {};
   known_ = {};
@@ -157,8 +157,11 @@ Fetch::Drive Fetch::look_for_ball(const msg::NavState& state, rt::Time now) {
     if (far_m > kLookFrom_m) {
       Drive drive = drive_to(team_ball_, kLookFrom_m / 2, state);
       drive.forward_mps = std::min(drive.forward_mps, fast_mps_);
+      looked_s_ = 0;
       return drive;
     }
+    looked_s_ += dt_s_;
+    if (looked_s_ > 2.2 * math::kPi / search_radps_) known_.team_ball = 0, looked_s_ = 0;
   }
   // Not past a ball that was seen once.
   return {0, sightings_ > 0 && unseen_s_ < 0.5 ? 0 : search_radps_};
@@ -235,7 +238,6 @@ Fetch::Drive Fetch::let_go(const msg::NavState& state, const msg::JointState& gr
 /// What the team says, and what is in the way.
 void Fetch::hear(const msg::NavState& state, double dt_s, rt::Time now) {
   rounds_ = 0;
-  known_.team_ball = 0;
   if (!for_team_) return;
   const soccer::FieldAt here{state.p_world_m.x, state.p_world_m.y, math::Quat(state.q_world_base).yaw()};
   const msg::FieldPose* field = field_.fresh(now);
@@ -257,7 +259,7 @@ void Fetch::hear(const msg::NavState& state, double dt_s, rt::Time now) {
   if (team->ball_seen.ns > 0 && msg::seconds(now - team->ball_seen) < kBallSeen_s) {
     const soccer::FieldPoint at = start_.in(team->ball_x_m, team->ball_y_m);
     team_ball_ = {at.x_m, at.y_m};
-    known_.team_ball = 1;
+    known_.team_ball = 1;  // until it has looked there: on its way it may hide the ball from who saw it
   }
   const bool brought = gripper::lies_at(*team, {goal_x_m_, goal_y_m_}, brought_within_m_, now);
   brought_s_ = brought ? brought_s_ + dt_s : 0;
@@ -330,7 +332,7 @@ rt::StepStatus Fetch::step(const rt::Step& step) noexcept {
   const msg::JointState* gripper = gripper_joint_.fresh(step.now);
   if (!state || !gripper || gripper->count < 1 || !math::is_finite(gripper->position_rad[0]))
     return rt::StepStatus::stale;
-  const double dt_s = msg::seconds(step.dt);
+  const double dt_s = dt_s_ = msg::seconds(step.dt);
   in_phase_s_ += dt_s;
   unseen_s_ += dt_s;
   stalled_s_ = has_stalled(*gripper) ? stalled_s_ + dt_s : 0;

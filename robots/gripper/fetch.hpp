@@ -15,7 +15,7 @@ namespace sinew::gripper {
 /// Fetches a ball: looks for it, drives to it, closes the gripper, brings the ball to where the robot began, opens the
 /// gripper and backs off. A gripper that closed on nothing is opened, and the robot looks again.
 /// With `for_team` it does so for a team: it fetches while the team needs it as the striker (soccer::Team), drives to
-/// where the team has the ball until it sees it by itself, round the wall and its mates, and brings it to the goal. It
+/// where the team had the ball last until it sees it by itself, round the wall and its mates, and brings it to the goal. It
 /// stands while another one is the striker, and while it hears nobody. It ends when the ball lies at the goal.
 /// Frames:  of the state: world where the robot began, x ahead. The camera is a place of the base. Ball out: "robot",
 ///          goal, wall and team: "field" of msg/soccer.hpp.
@@ -76,7 +76,7 @@ class Fetch final : public rt::Module {
   control::PoseHistory past_;
   Point ball_at_{}, mark_{};  // mark: where it began to back off
   double in_phase_s_ = 0, stalled_s_ = 0, unseen_s_ = 0;
-  double brought_s_ = 0, told_s_ = 0;
+  double brought_s_ = 0, told_s_ = 0, looked_s_ = 0;
   soccer::FieldAt start_{};  // of its own frame on the field
   Point team_ball_{};        // own frame
   Known known_{};
@@ -90,6 +90,7 @@ class Fetch final : public rt::Module {
   // Of this step: mates that are in the way, in the robot's frame.
   std::array<soccer::Round, 7> round_{};
   std::size_t rounds_ = 0;
+  double dt_s_ = 0;
 };
 
 }  // namespace sinew::gripper

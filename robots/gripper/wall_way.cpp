@@ -40,19 +40,19 @@ FieldPoint way_round(const FieldPoint& at, const FieldPoint& to, const Wall& wal
     end = WallEnd::none;
     return to;
   }
-  const double out_m = margin_m + kSpare_m, side = at.x_m < wall.x_m ? -1 : 1;
+  const double out_m = margin_m + kSpare_m, far_side = to.x_m < wall.x_m ? -1 : 1;
   const auto corner = [&](WallEnd e, double of_side) {
     return FieldPoint{wall.x_m + of_side * out_m, e == WallEnd::from ? wall.from_y_m - out_m : wall.to_y_m + out_m};
   };
   if (end == WallEnd::none) {
     const auto length = [&](WallEnd e) {
-      const FieldPoint here = corner(e, side), there = corner(e, -side);
+      const FieldPoint here = corner(e, -far_side), there = corner(e, far_side);
       return distance(at, here) + distance(here, there) + distance(there, to);
     };
     end = length(WallEnd::from) <= length(WallEnd::to) ? WallEnd::from : WallEnd::to;
   }
-  const FieldPoint there = corner(end, -side);
-  return is_blocked(at, there, wall, margin_m) ? corner(end, side) : there;
+  const FieldPoint there = corner(end, far_side);
+  return is_blocked(at, there, wall, margin_m) ? corner(end, -far_side) : there;
 }
 
 }  // namespace sinew::gripper
