@@ -27,7 +27,7 @@ int replay_runs(const std::string& folder) {
     std::printf("%s: ", run.c_str());
     std::fflush(stdout);
     const auto child = hal::ChildProcess::start({hal::program_path(), "replay", run.string()});
-    if (!child) return fail("sinew replay: it did not start", child.error(), kFailed);
+    if (!child) return fail("sinew replay did not start", kFailed);
     std::optional<int> code;
     while (!code) code = (*child)->wait(std::chrono::seconds(1));
     same += *code == kDone ? 1 : 0;

@@ -33,7 +33,8 @@ TeamFile load_team_file(const std::string& path) {
   const std::filesystem::path beside = std::filesystem::path(path).parent_path();
   TomlReader root(*table, "", team.problems);
   root.tables_by_name("robot", [&](const std::string& name, TomlReader& r) {
-    TeamBoard board{.name = name};
+    TeamBoard board;
+    board.name = name;
     r.require("host", board.host, "user@board, as ssh knows it; it is required");
     r.require("file", board.file, "the path of a robot file; it is required");
     r.read("binary", board.binary);
