@@ -39,8 +39,7 @@ TeamFile load_team_file(const std::string& path) {
     r.require("file", board.file, "the path of a robot file; it is required");
     r.read("binary", board.binary);
     r.finish();
-    if (!is_plain(name))
-      team.problems.push_back({r.line(), r.path(), name, "a name of letters, digits, '_' and '-'"});
+    if (!is_plain(name)) team.problems.push_back({r.line(), r.path(), name, "a name of letters, digits, '_' and '-'"});
     if (board.host.starts_with('-'))
       team.problems.push_back({r.line(), r.full("host"), board.host, "user@board, as ssh knows it"});
     if (std::ranges::find(team.boards, board.host, &TeamBoard::host) != team.boards.end() && !board.host.empty())

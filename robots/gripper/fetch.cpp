@@ -308,7 +308,8 @@ Fetch::Drive Fetch::act(const msg::NavState& state, const msg::JointState& gripp
     case MissionPhase::wait:
       if (brought_s_ > kBrought_s)
         enter(MissionPhase::done, now);
-      else if (in_phase_s_ >= wait_s_ && may_fetch(now)) enter(MissionPhase::search, now);
+      else if (in_phase_s_ >= wait_s_ && may_fetch(now))
+        enter(MissionPhase::search, now);
       return {};
     case MissionPhase::search:
       return look_for_ball(state, now);

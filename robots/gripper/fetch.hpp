@@ -15,8 +15,8 @@ namespace sinew::gripper {
 /// Fetches a ball: looks for it, drives to it, closes the gripper, brings the ball to where the robot began, opens the
 /// gripper and backs off. A gripper that closed on nothing is opened, and the robot looks again.
 /// With `for_team` it does so for a team: it fetches while the team needs it as the striker (soccer::Team), drives to
-/// where the team had the ball last until it sees it by itself, round the wall and its mates, and brings it to the goal. It
-/// stands while another one is the striker, and while it hears nobody. It ends when the ball lies at the goal.
+/// where the team had the ball last until it sees it by itself, round the wall and its mates, and brings it to the
+/// goal. It stands while another one is the striker, and while it hears nobody. It ends when the ball lies at the goal.
 /// Frames:  of the state: world where the robot began, x ahead. The camera is a place of the base. Ball out: "robot",
 ///          goal, wall and team: "field" of msg/soccer.hpp.
 /// Thread:  executor, 20 Hz or more.   RT: yes.
@@ -70,7 +70,7 @@ class Fetch final : public rt::Module {
   bool for_team_ = false;
   double goal_x_m_ = -3.5, goal_y_m_ = 0;
   Wall wall_;
-  double mate_radius_m_ = 0.3, margin_m_ = 0.35, brought_within_m_ = 0.4;
+  double mate_radius_m_ = 0.3, margin_m_ = 0.35, brought_within_m_ = 0.8;
 
   // Saved with a recording.
   control::PoseHistory past_;

@@ -10,9 +10,9 @@ using msg::MissionPhase;
 
 namespace {
 
-constexpr double kRounds = 1.5;         // it looks from side to side so often before it turns
-constexpr double kTurn_s = 2.4;         // then for so long
-constexpr double kAside_rad = 0.7;      // an object further aside makes it turn
+constexpr double kRounds = 1.5;     // it looks from side to side so often before it turns
+constexpr double kTurn_s = 2.4;     // then for so long
+constexpr double kAside_rad = 0.7;  // an object further aside makes it turn
 constexpr double kBrought_s = 1.5;
 constexpr double kBall_m = 0.07;
 
@@ -26,10 +26,12 @@ void Finder::declare(rt::Declaration& d) {
   d.out("velocity", velocity_);
   d.out("gaze", gaze_);
   d.out("mission", mission_);
-  d.param("goal_x_m", goal_x_m_, {.unit = "m", .min = -10, .max = 10, .doc = "where the object is to be: along the field"});
+  d.param("goal_x_m", goal_x_m_,
+          {.unit = "m", .min = -10, .max = 10, .doc = "where the object is to be: along the field"});
   d.param("goal_y_m", goal_y_m_, {.unit = "m", .min = -10, .max = 10, .doc = "and across the field"});
   d.param("goal_within_m", goal_within_m_, {.unit = "m", .min = 0.05, .max = 2, .doc = "so near to it is there"});
-  d.param("look_s", look_s_, {.unit = "s", .min = 1, .max = 60, .doc = "it looks from side to side and back in this time"});
+  d.param("look_s", look_s_,
+          {.unit = "s", .min = 1, .max = 60, .doc = "it looks from side to side and back in this time"});
   d.param("look_rad", look_rad_, {.unit = "rad", .min = 0, .max = 2, .doc = "so far to each side"});
   d.param("down_rad", down_rad_, {.unit = "rad", .min = -0.5, .max = 1.2, .doc = "and so far down"});
   d.param("turn_radps", turn_radps_, {.unit = "rad/s", .min = 0.05, .max = 1, .doc = "where it sees nothing"});

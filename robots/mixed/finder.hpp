@@ -13,7 +13,8 @@ namespace sinew::mixed {
 /// eyes on what it has found until the team has brought it to the goal.
 /// Frames:  ball: "robot"; team and goal: "field" of msg/soccer.hpp.
 /// Thread:  executor, 10 Hz or more.   RT: yes.
-/// Errors:  stale without a fresh gait: nothing is published, and the walk stands. A failsafe that asks to land ends it.
+/// Errors:  stale without a fresh gait: nothing is published, and the walk stands. A failsafe that asks to land ends
+/// it.
 class Finder final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
@@ -31,7 +32,7 @@ class Finder final : public rt::Module {
   rt::Out<msg::VelocityCommand> velocity_;
   rt::Out<msg::GazeCommand> gaze_;
   rt::Out<msg::MissionState> mission_;
-  double goal_x_m_ = -3.5, goal_y_m_ = 0, goal_within_m_ = 0.4;
+  double goal_x_m_ = -3.5, goal_y_m_ = 0, goal_within_m_ = 0.8;
   double look_s_ = 4, look_rad_ = 1.1, down_rad_ = 0.35, turn_radps_ = 0.5, stand_s_ = 2, least_confidence_ = 0.4;
 
   // Saved with a recording.

@@ -75,7 +75,7 @@ struct PitchOptions {
   bool orange_ball = false;  // for robots that find it by its colour; else white with black, as in the league
   PitchPlace ball_at{};      // x_m, y_m
   PitchBoard board{};
-  PitchWall wall{};  // without dynamics robots and ball pass through it
+  PitchWall wall{};                 // without dynamics robots and ball pass through it
   double focal_per_height = 0.875;  // of the cameras of a painter's scenes
   math::LensDistortion lens{};      // of all cameras
 };

@@ -14,8 +14,7 @@ using raster::Colour;
 using raster::Mesh;
 
 constexpr Colour kSky{168, 184, 200}, kCarpet{46, 122, 56}, kCarpetStripe{42, 114, 52}, kWhite{240, 240, 240},
-    kBallBlack{30, 30, 34}, kBallOrange{236, 112, 24}, kDark{58, 58, 64},
-    kWall{96, 104, 116};
+    kBallBlack{30, 30, 34}, kBallOrange{236, 112, 24}, kDark{58, 58, 64}, kWall{96, 104, 116};
 constexpr Colour kTeams[] = {{40, 80, 210}, {205, 45, 50}};
 constexpr double kTile_m = 1;                   // of the carpet: tiles outside of a picture are left out as a whole
 constexpr double kFar_m = 2.5;                  // from here on a robot has fewer faces

@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::int64_t kStepsOfPitch = kPitchStepNs / kStepNs;
 constexpr std::uint32_t kBallStream = 0x6d697862;
-constexpr double kNearest_x_m = 1.2, kFarthest_x_m = 2.4, kAside_m = 0.6;
+constexpr double kNearest_x_m = 0.5, kFarthest_x_m = 1.7, kAside_m = 0.6;
 
 }  // namespace
 

@@ -27,7 +27,9 @@ Walked walk(FieldPoint at, const FieldPoint& to) {
     const FieldPoint next = way_round(at, to, kWall, kMargin_m, end);
     const double dx = next.x_m - at.x_m, dy = next.y_m - at.y_m, far = math::hypot(dx, dy);
     if (far > 0) at = {at.x_m + 0.01 * dx / far, at.y_m + 0.01 * dy / far};
-    const double beside = at.y_m < kWall.from_y_m ? kWall.from_y_m - at.y_m : at.y_m > kWall.to_y_m ? at.y_m - kWall.to_y_m : 0;
+    const double beside = at.y_m < kWall.from_y_m ? kWall.from_y_m - at.y_m
+                          : at.y_m > kWall.to_y_m ? at.y_m - kWall.to_y_m
+                                                  : 0;
     walked.nearest_m = std::min(walked.nearest_m, math::hypot(at.x_m - kWall.x_m, beside));
   }
   return walked;
