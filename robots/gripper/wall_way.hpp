@@ -2,7 +2,7 @@
 // The way round a wall whose place is known. Frame: any that the wall and the points are in. Thread:  any.   RT: yes.
 #include <cstdint>
 
-#include "soccer/field.hpp"
+#include "soccer/world/field_at.hpp"
 
 namespace sinew::gripper {
 
