@@ -18,7 +18,8 @@ class Mixed(unittest.TestCase):
         got = play(SINEW, 1)
         self.assertEqual((got["good"], got["outcome"]), (True, "the object is at the goal"), got)
         self.assertEqual(got["codes"], {"finder": 0, "fetcher": 0, "reserve": 0}, "all of them know that it is done")
-        self.assertEqual(got["falls"], 0)
+        # A run that is done gives the servos no torque.
+        self.assertTrue(got["fell_s"] is None or got["fell_s"] > got["brought_s"], got)
 
 
 class Failures(unittest.TestCase):

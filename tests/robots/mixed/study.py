@@ -43,7 +43,7 @@ def play(sinew, seed, loss=0.3, kind="none", seconds=150, record=None):
     return {"seed": seed, "outcome": last["verdict"]["outcome"], "good": last["verdict"]["good"],
             "by": NAMES[int(last["brought_by"])] if last["brought_by"] >= 0 else "-",
             "gripped_s": last["gripped_at_s"], "brought_s": last["brought_at_s"], "from_goal_m": last["object_from_goal_m"],
-            "falls": robots["finder"].get("falls", 0), "codes": {n: r["exit_code"] for n, r in said["robots"].items()},
+            "fell_s": robots["finder"].get("first_fall_s"), "codes": {n: r["exit_code"] for n, r in said["robots"].items()},
             "grips": {n: robots[n]["grips"] for n in NAMES[1:]}, "errors": done.stderr}
 
 
