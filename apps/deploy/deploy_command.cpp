@@ -208,8 +208,10 @@ void add_deploy_command(CLI::App& app, CommandContext& context) {
   const auto o = std::make_shared<DeployOptions>();
   const auto into = std::make_shared<std::string>();
   CLI::App& deploy = *app.add_subcommand("deploy", "bring a robot to its board over ssh, or its recorded runs back");
-  deploy.add_option("host", o->host, "user@board, as ssh knows it")->required()->type_name("HOST");
-  deploy.add_option("robot", o->robot, "robot file; not for --fetch and --rollback")->type_name(kRobotFileHint);
+  deploy.add_option("host", o->host, "user@board, as ssh knows it; or TEAM.toml: all robots of a team")
+      ->required()
+      ->type_name("HOST");
+  deploy.add_option("robot", o->robot, "robot file; not for a team, --fetch and --rollback")->type_name(kRobotFileHint);
   deploy.add_option("--dir", o->folder, "folder on the board")->capture_default_str()->type_name("DIR_THERE");
   deploy.add_option("--data", o->data, "folder on the board for recorded runs (default: data in the folder of --dir)")
       ->type_name("DIR_THERE");
@@ -227,11 +229,17 @@ void add_deploy_command(CLI::App& app, CommandContext& context) {
   CLI::Option* fetch = deploy.add_option("--fetch", *into, "bring recorded runs back, into this folder (default: .)")
                            ->expected(0, 1)
                            ->type_name(kFolderHint);
+  deploy.add_flag("--replay", o->replay, "then execute every run of that folder again, and compare")->needs(fetch);
   fetch->excludes(unit)->excludes(print)->excludes(rollback);
   rollback->excludes(unit)->excludes(print);
   deploy.callback([&context, o, into, fetch] {
     if (fetch->count() > 0) o->fetch = into->empty() ? "." : *into;
-    context.action = [&types = context.types, o] { return o->fetch ? fetch_command(*o) : deploy_command(*o, types); };
+    context.action = [&types = context.types, o] {
+      if (is_team_file(o->host)) return deploy_team(*o, types);
+      if (!o->fetch) return deploy_command(*o, types);
+      const int code = fetch_command(*o);
+      return code == kDone && o->replay ? replay_runs(*o->fetch) : code;
+    };
   });
 }
 

@@ -71,6 +71,10 @@ void describe(CLI::App& app, MatchCommand& command) {
          "[WHO/]KEY=VALUE as `run --set` has it; WHO is a, b or a player such as blue1, else all; may be repeated")
       ->allow_extra_args(false)
       ->type_name(kSettingHint);
+  app.add_option("--fault", o.faults,
+                 "[WHO/]FAULT for the simulator to play, e.g. blue1/camera:off@60+5; may be repeated")
+      ->allow_extra_args(false)
+      ->type_name("FAULT");
   app.add_option("--gamecontroller", o.gamecontroller,
                  "address that hears the referee as RoboCup's game controller, 127.0.0.1:3838; may be repeated")
       ->allow_extra_args(false)

@@ -14,6 +14,7 @@ struct MatchOptions {
   std::uint64_t seed = 1;            // of the first match; the others have the ones after it
   std::uint64_t count = 1;           // matches
   std::vector<std::string> set;      // "[WHO/]KEY=VALUE": WHO is a, b, or a player such as blue1
+  std::vector<std::string> faults;   // "[WHO/]FAULT", likewise
   std::string camera;                // "320x240"; empty: the files'
   std::string out;                   // folder of the recordings; empty: matches/A-B-SEED
   bool no_record = false;

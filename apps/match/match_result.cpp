@@ -76,20 +76,23 @@ MatchResult match_result(const MatchOptions& options, const TeamEnd& end) {
   result.plant = end.plant;
   const std::vector<Player> players = players_of(options);
   const auto robots = end.plant.is_object() ? end.plant.find("robots") : end.plant.end();
-  bool has_game = false;
+  Json game;  // of the player that saw the game last: a run that ended earlier has an older report
+  double game_at_s = -1;
   for (const Player& player : players) {
     Json report = Json::object();
     if (end.plant.is_object() && robots != end.plant.end() && robots->contains(player.name))
       report = (*robots)[player.name];
     const auto member = std::ranges::find(end.members, player.name, &MemberEnd::name);
     result.players.push_back(player_result(player, report, member == end.members.end() ? nullptr : &*member));
-    result.plant_s = std::max(result.plant_s, number_at(report, "plant_s"));
-    if (!has_game && report.contains("game")) has_game = true, read_game(report["game"], players, result);
+    const double plant_s = number_at(report, "plant_s");
+    result.plant_s = std::max(result.plant_s, plant_s);
+    if (report.contains("game") && plant_s > game_at_s) game = report["game"], game_at_s = plant_s;
   }
+  if (!game.is_null()) read_game(game, players, result);
   if (!result.trouble.empty())
     result.trouble +=
         fmt::format(": the last player's run ended after {:.1f} s (a mission that is done ends a run)", result.plant_s);
-  if (!has_game) result.trouble = "the simulator reported no game";
+  if (game.is_null()) result.trouble = "the simulator reported no game";
   for (const PlayerResult& p : result.players)
     if (p.exit_code > kFailed) result.trouble = fmt::format("{} ended with exit code {}", p.player.name, p.exit_code);
   result.finished = result.trouble.empty();

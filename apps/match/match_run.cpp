@@ -56,10 +56,10 @@ std::optional<std::array<Prepared, 2>> load_teams(const MatchOptions& o, const r
   return std::array<Prepared, 2>{std::move(teams[0]), std::move(teams[1])};
 }
 
-/// "a/KEY=VALUE" for all players of A, and so on, as `sinew team` takes it.
-std::vector<std::string> settings_of(const MatchOptions& o, const std::vector<Player>& players) {
+/// "a/KEY=VALUE" or "a/FAULT" for all players of A, and so on, as `sinew team` takes it.
+std::vector<std::string> of_players(const std::vector<std::string>& given, const std::vector<Player>& players) {
   std::vector<std::string> all;
-  for (const std::string& setting : o.set) {
+  for (const std::string& setting : given) {
     const bool of_a = setting.starts_with("a/"), of_b = setting.starts_with("b/");
     if (!of_a && !of_b) all.push_back(setting);
     for (const Player& p : players)
@@ -179,7 +179,8 @@ std::optional<PlayedMatch> play_match(const MatchOptions& options, const rt::Mod
   run.json = true;
   run.seed = options.seed;
   run.camera = options.camera;
-  run.set = settings_of(options, players);
+  run.set = of_players(options.set, players);
+  run.faults = of_players(options.faults, players);
   run.no_record = options.no_record;
   run.record_folder = folder.string();
   for (const Player& p : players) {

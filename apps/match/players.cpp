@@ -48,6 +48,7 @@ std::vector<std::string> words_of(const MatchOptions& options, bool with_seed) {
                                  "--robots",       std::to_string(options.robots),
                                  "--minutes",      fmt::format("{}", options.minutes)};
   for (const std::string& setting : options.set) words.insert(words.end(), {"--set", setting});
+  for (const std::string& fault : options.faults) words.insert(words.end(), {"--fault", fault});
   if (!options.camera.empty()) words.insert(words.end(), {"--camera", options.camera});
   if (with_seed) words.insert(words.end(), {"--seed", std::to_string(options.seed)});
   return words;

@@ -114,7 +114,7 @@ class WiringCheck {
   std::span<const plant::WorldDevice> world() const {
     if (robot_.sim.plant != "auto") return {};
     const plant::WorldInfo* world = robots::find_world(robot_.sim.world);
-    return world ? world->devices : std::span<const plant::WorldDevice>();
+    return world ? world->of(robot_.sim.options).devices : std::span<const plant::WorldDevice>();
   }
   const plant::WorldDevice* part(std::string_view name, std::string_view what) const {
     for (const plant::WorldDevice& p : world())

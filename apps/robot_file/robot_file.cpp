@@ -419,7 +419,7 @@ LoadedRobot parse_robot(std::string_view text, const std::string& path) {
   root.table("sim", [&](TomlReader& r) { read_sim(r, loaded.robot.sim); });
   give_body(loaded.robot);
   if (const plant::WorldInfo* world = robots::find_world(loaded.robot.sim.world);
-      world && world->has_bodies && !root.has("body"))
+      world && world->of(loaded.robot.sim.options).has_bodies && !root.has("body"))
     root.missing("body",
                  "a table: the robots of the world " + loaded.robot.sim.world + " have bodies (docs/bodies.md)");
   root.table("parent", [&](TomlReader& r) { read_parent(r, graph, loaded.robot.parent); });
@@ -487,7 +487,8 @@ LoadedRobot load_robot(const std::string& path) {
   for (rt::Problem& p : resolved.ini_problems) loaded.problems.push_back(std::move(p));
   read_networks(loaded.robot);
   const plant::WorldInfo* const world = robots::find_world(loaded.robot.sim.world);
-  if (loaded.robot.body.body && world && world->has_bodies) loaded.robot.sim.body_file = path;
+  if (loaded.robot.body.body && world && world->of(loaded.robot.sim.options).has_bodies)
+    loaded.robot.sim.body_file = path;
   return loaded;
 }
 

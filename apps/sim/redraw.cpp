@@ -50,7 +50,7 @@ struct Eye {
 std::vector<Eye> eyes_of(const SimulatorOptions& s, std::size_t robot) {
   std::vector<Eye> eyes;
   const std::uint64_t seed = seed_of_robot(*s.session.seed, robot);
-  for (const WorldDevice& device : s.session.world.type->info.devices)
+  for (const WorldDevice& device : s.session.world.info_of(robot).devices)
     if (device.part == Part::camera) eyes.push_back({device.name, PixelNoise(s.view.noise, seed + eyes.size())});
   return eyes;
 }

@@ -139,7 +139,7 @@ std::string read_bodies(const std::vector<std::string>& files, WorldChoice& worl
         std::make_shared<const kinematics::Body>(std::move(loaded.body));
   }
   for (std::size_t i = 0; i < world.robot_count(); ++i)
-    if (!world.body_of(i))
+    if (world.info_of(i).has_bodies && !world.body_of(i))
       return fmt::format("--body: which body has {}? A file of docs/bodies.md, or a robot file that has one",
                          world.robots.empty() ? "the robot" : world.robots[i].name);
   return "";
@@ -428,7 +428,7 @@ std::string read_faults(SimulatorOptions& s, const std::vector<std::string>& fau
     auto fault = parse_fault(text, why);
     if (!fault) return "--fault: " + why;
     if (robot) fault->robot = static_cast<std::size_t>(robot - s.session.world.robots.data());
-    if (const WorldInfo& world = s.session.world.type->info; !world.has(fault->device))
+    if (const WorldInfo world = s.session.world.info_of(fault->robot); !world.has(fault->device))
       return fmt::format("--fault: fault '{}': the world {} has no device '{}'", text, world.name,
                          to_string(fault->device));
     if (std::string wrong = place_fault(s, text, *fault); !wrong.empty()) return wrong;

@@ -1,5 +1,6 @@
 #include "robots/gripper/devices.hpp"
 #include "robots/gripper/fetch.hpp"
+#include "robots/gripper/field_place.hpp"
 #include "robots/gripper/wheels.hpp"
 #include "robots/robot_kind.hpp"
 
@@ -9,6 +10,7 @@ namespace {
 void add_gripper_modules(rt::ModuleTypes& types) {
   types.add<gripper::Wheels>("gripper::Wheels");
   types.add<gripper::Fetch>("gripper::Fetch");
+  types.add<gripper::FieldPlace>("gripper::FieldPlace");
 }
 
 constexpr PhaseWords kGripperPhases[] = {

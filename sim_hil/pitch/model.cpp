@@ -71,6 +71,9 @@ std::string pitch_xml(const PitchOptions& o, std::span<const ModelRobot> robots)
   xml += fixed("plane", half, "0 0 0", rough > 0 ? kBallOnly : kBallOnly | kUneven);
   if (rough > 0) xml += fixed("plane", half, "0 0 " + digits(-rough - 0.002), kUneven);
   for (const double side : {-1.0, 1.0}) xml += goal(f, side);
+  if (const PitchWall& w = o.wall; w.high_m > 0)
+    xml += fixed("box", triple(w.thick_m / 2, (w.to_y_m - w.from_y_m) / 2, w.high_m / 2),
+                 triple(w.x_m, (w.to_y_m + w.from_y_m) / 2, w.high_m / 2), kSolid);
   for (std::size_t i = 0; i < n; ++i) {
     const ModelRobot& r = robots[i];
     if (r.kind == PitchBody::Kind::wheeled)

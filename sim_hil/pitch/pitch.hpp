@@ -56,6 +56,13 @@ struct PitchBoard {
 };
 inline constexpr int kBoardColumns = 9, kBoardRows = 6;  // inner corners
 
+/// A wall of this size stands across the field: what is behind it is out of sight of low cameras.
+struct PitchWall {
+  double high_m = 0;  // 0: there is none
+  double x_m = 0, from_y_m = 0, to_y_m = 0;
+  double thick_m = 0.06;
+};
+
 struct PitchOptions {
   /// Without dynamics, for long tests of behaviour: the lowest foot of a robot is fixed to the flat ground and the body
   /// moves over it; joints and wheels turn at the speed that they can; robots neither fall nor touch each other; pushes
@@ -68,6 +75,7 @@ struct PitchOptions {
   bool orange_ball = false;  // for robots that find it by its colour; else white with black, as in the league
   PitchPlace ball_at{};      // x_m, y_m
   PitchBoard board{};
+  PitchWall wall{};                 // without dynamics robots and ball pass through it
   double focal_per_height = 0.875;  // of the cameras of a painter's scenes
   math::LensDistortion lens{};      // of all cameras
 };

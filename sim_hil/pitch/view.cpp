@@ -14,7 +14,7 @@ using raster::Colour;
 using raster::Mesh;
 
 constexpr Colour kSky{168, 184, 200}, kCarpet{46, 122, 56}, kCarpetStripe{42, 114, 52}, kWhite{240, 240, 240},
-    kBallBlack{30, 30, 34}, kBallOrange{236, 112, 24}, kDark{58, 58, 64};
+    kBallBlack{30, 30, 34}, kBallOrange{236, 112, 24}, kDark{58, 58, 64}, kWall{96, 104, 116};
 constexpr Colour kTeams[] = {{40, 80, 210}, {205, 45, 50}};
 constexpr double kTile_m = 1;                   // of the carpet: tiles outside of a picture are left out as a whole
 constexpr double kFar_m = 2.5;                  // from here on a robot has fewer faces
@@ -109,6 +109,10 @@ PitchView::PitchView(const PitchOptions& o, std::span<const PitchBody> bodies) {
     frame.add(raster::cylinder(f.post_radius_m, 2 * half).moved({{x, 0, f.goal_height_m + f.post_radius_m}, across}));
     still_.push_back({frame, kWhite, kShowsGoal});
   }
+  if (const PitchWall& w = o.wall; w.high_m > 0)
+    still_.push_back({raster::box({w.thick_m, w.to_y_m - w.from_y_m, w.high_m})
+                          .moved({{w.x_m, (w.from_y_m + w.to_y_m) / 2, w.high_m / 2}, {}}),
+                      kWall, kShowsWall});
   if (o.board.square_m > 0) {
     const double a = o.board.square_m;
     const auto part = [&](double x0, double y0, double x1, double y1, const Colour& colour, bool on_surface) {

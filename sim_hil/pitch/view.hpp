@@ -18,6 +18,7 @@ enum PitchThing : std::uint8_t {
   kShowsGoal = 3,
   kShowsBall = 4,
   kShowsBoard = 5,
+  kShowsWall = 6,
   kShowsRobot = 16,  // and its number
 };
 

@@ -56,7 +56,7 @@ RobotSession::RobotSession(hal::Os& os, std::span<CameraFeed* const> cameras, co
       options_(options),
       physics_(physics),
       number_(number),
-      info_(options.world.type->info) {
+      info_(options.world.info_of(number)) {
   report_.world_name = info_.name;
   if (!options.world.robots.empty()) report_.robot_name = options.world.robots[number].name;
   for (std::uint16_t id = 0; id < info_.devices.size(); ++id) {
@@ -69,12 +69,13 @@ RobotSession::RobotSession(hal::Os& os, std::span<CameraFeed* const> cameras, co
   }
 }
 
-sim_hil::PlantDescription RobotSession::description(const CameraOptions& view, const SessionOptions& options) {
+sim_hil::PlantDescription RobotSession::description(const CameraOptions& view, const SessionOptions& options,
+                                                    std::size_t robot) {
   sim_hil::PlantDescription d;
   d.name = "sinew-sim";
   d.step = ns(kStepNs);
   d.seed = options.seed;
-  for (const WorldDevice& part : options.world.type->info.devices) {
+  for (const WorldDevice& part : options.world.info_of(robot).devices) {
     sim_hil::DeviceInfo& info = d.devices.emplace_back();
     info.kind = kind_of(part.part);
     info.name = part.name;
@@ -99,7 +100,7 @@ sim_hil::PlantDescription RobotSession::description(const CameraOptions& view, c
 
 Status RobotSession::open(sim_hil::Caller caller, sim_hil::PlantListener* listener) {
   listener_ = listener;
-  const sim_hil::PlantDescription plant = description(view_, options_);
+  const sim_hil::PlantDescription plant = description(view_, options_, number_);
   if (caller.stream->local()) {
     auto memory = os_.shared_memory("sinew_sim_frames", sim_hil::PlantLink::frame_memory_bytes(plant));
     if (memory) frames_ = std::move(*memory);  // without it frames go through the stream

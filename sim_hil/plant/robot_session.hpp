@@ -34,8 +34,10 @@ class RobotSession {
   /// How many feeds a robot of this world has: one also without a camera, and nobody asks it for a picture.
   static std::size_t cameras_of(const WorldInfo& world) { return std::max<std::size_t>(world.count(Part::camera), 1); }
 
-  /// The devices of each robot of this plant, as its listener announces them to side lines.
-  static sim_hil::PlantDescription description(const CameraOptions& view, const SessionOptions& options);
+  /// The devices of one robot of this plant, as it is welcomed with them; those of the first one are announced to side
+  /// lines.
+  static sim_hil::PlantDescription description(const CameraOptions& view, const SessionOptions& options,
+                                               std::size_t robot = 0);
 
   // ---- before the run
   /// Shakes hands. `listener`: by which the runtime came; null: by none. Errors: those of the handshake; not_supported:
@@ -140,7 +142,7 @@ class RobotSession {
   const SessionOptions& options_;
   const PhysicsReport& physics_;
   const std::size_t number_;
-  const WorldInfo& info_;
+  const WorldInfo info_;
   sim_hil::PlantListener* listener_ = nullptr;
   std::unique_ptr<hal::SharedMemory> frames_;
   std::unique_ptr<sim_hil::PlantLink> link_;

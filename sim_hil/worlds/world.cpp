@@ -61,6 +61,8 @@ WorldValues WorldChoice::values_of(std::size_t robot) const {
   return all;
 }
 
+WorldInfo WorldChoice::info_of(std::size_t robot) const { return type->info.of(values_of(robot)); }
+
 std::vector<WorldValues> WorldChoice::all_values() const {
   std::vector<WorldValues> all;
   for (std::size_t i = 0; i < robot_count(); ++i) all.push_back(values_of(i));

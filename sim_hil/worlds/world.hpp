@@ -86,12 +86,18 @@ inline constexpr const char* kRadioName = "radio";
 
 /// What a robot of a world has on board, in the order of the Welcome; and what its user may choose. Cameras, groups of
 /// actuators and groups of joints may be there several times, other parts once.
+/// A world with robots of several kinds has here those of the kind with the most cameras, and `as_robot`.
 struct WorldInfo {
   const char* name = "";
   std::span<const WorldDevice> devices;
   std::span<const WorldOption> options{};
   std::size_t most_robots = 1;
   bool has_bodies = false;  // of robots, which a file describes (docs/bodies.md): WorldChoice::body
+  /// This world as a robot with these values has it: its devices, and whether a file describes its body. Null: all
+  /// robots are alike.
+  WorldInfo (*as_robot)(const WorldInfo& world, const WorldValues& robot) = nullptr;
+
+  WorldInfo of(const WorldValues& robot) const { return as_robot ? as_robot(*this, robot) : *this; }
 
   /// The first one; null when it has none.
   const WorldDevice* find(Part part) const;
@@ -293,6 +299,8 @@ struct WorldChoice {
   std::size_t robot_count() const { return robots.empty() ? 1 : robots.size(); }
   /// The values of one robot.
   WorldValues values_of(std::size_t robot) const;
+  /// The world as this robot has it.
+  WorldInfo info_of(std::size_t robot) const;
   /// Of each robot, in their order.
   std::vector<WorldValues> all_values() const;
   /// Null: none was given.

@@ -9,7 +9,7 @@ using namespace std::chrono_literals;
 void Team::declare(rt::Declaration& d) {
   d.in("field", field_, {.max_age = 2s});
   d.in("ball", ball_, {.max_age = 2s, .optional = true});
-  d.in("gait", gait_, {.max_age = 500ms});
+  d.in("gait", gait_, {.max_age = 500ms, .optional = true});
   d.in("referee", referee_, {.max_age = 3s, .optional = true});
   d.in("state", state_, {.max_age = 5s, .optional = true});
   d.in("mates", mates_, {.depth = 16, .optional = true});
@@ -38,6 +38,13 @@ void Team::declare(rt::Declaration& d) {
   d.param(
       "keeps_s", roles_.keeps_s,
       {.unit = "s", .min = 0, .max = 20, .doc = "by so much sooner another one must be at the ball to be the striker"});
+  d.param("feet_m", options_.feet_m,
+          {.unit = "m", .min = 0.05, .max = 2, .doc = "a ball nearer than this before the robot is its own"});
+  d.param("legs", legs_, {.doc = "it plays while its gait has it on its feet; without: while it knows its place"});
+  d.param("goalie_from", goalie_from_,
+          {.min = 1, .max = 9, .doc = "so many must play before one of them keeps the goal; 9: nobody does"});
+  d.param("shares_ball", shares_ball_,
+          {.doc = "the time to the ball is that to the team's ball where its own eyes have none"});
   d.state(heard_, contradicted_, plays_);
 }
 
@@ -55,7 +62,9 @@ msg::SoccerRole Team::role_now(const msg::SoccerReport& own, const msg::TeamMode
     const bool believed = (team.distrusted >> i & 1) == 0;
     players[n++] = {state->mate[i].robot, believed ? double{r.to_ball_s} : math::kInf, r.role, heard && r.plays != 0};
   }
-  return choose_role(std::span(players).first(n), number, roles_);
+  RoleOptions roles = roles_;
+  roles.goalie_from = static_cast<std::size_t>(goalie_from_);
+  return choose_role(std::span(players).first(n), number, roles);
 }
 
 rt::StepStatus Team::step(const rt::Step& step) noexcept {
@@ -68,18 +77,21 @@ rt::StepStatus Team::step(const rt::Step& step) noexcept {
   }
   const msg::FieldPose* field = field_.fresh(step.now);
   const msg::GaitState* gait = gait_.fresh(step.now);
-  if (!field || !gait) return rt::StepStatus::stale;
+  if (!field || (legs_ && !gait)) return rt::StepStatus::stale;
   const msg::BallModel* ball = ball_.fresh(step.now);
   const msg::RefereeState* said = referee_.fresh(step.now);
 
   msg::SoccerReport& report = report_.loan();
   report.stamp = field->stamp;
   fill_report(*field, ball, options_, report);
-  report.plays = msg::on_its_feet(gait->mode) && !(said && said->penalty != msg::GamePenalty::none) ? 1 : 0;
+  report.plays = (!legs_ || msg::on_its_feet(gait->mode)) && !(said && said->penalty != msg::GamePenalty::none) ? 1 : 0;
   report.to_ball_s = static_cast<float>(math::kInf);
-  if (ball && report.ball_seen.ns > 0 && report.plays != 0)
-    report.to_ball_s = static_cast<float>(math::hypot(ball->x_m, ball->y_m) / walk_mps_ +
-                                          math::fabs(math::atan2(ball->y_m, ball->x_m)) / turn_radps_);
+  const bool never_kicks = role_ != 0 && role_ != static_cast<std::int64_t>(msg::SoccerRole::striker);
+  const auto takes_s = [&](double x_m, double y_m) {
+    return static_cast<float>(math::hypot(x_m, y_m) / walk_mps_ + math::fabs(math::atan2(y_m, x_m)) / turn_radps_);
+  };
+  if (ball && report.ball_seen.ns > 0 && report.plays != 0 && !never_kicks)
+    report.to_ball_s = takes_s(ball->x_m, ball->y_m);
 
   msg::TeamModel& team = team_.loan();
   team.stamp = step.now;
@@ -91,6 +103,11 @@ rt::StepStatus Team::step(const rt::Step& step) noexcept {
   if ((team.ball_from >> kOwnBallBit & 1) != 0)
     for (std::size_t i = 0; i < kMates; ++i)
       if ((team.distrusted >> i & 1) != 0) contradicted_[i] = step.now;
+  if (shares_ball_ && report.to_ball_s == static_cast<float>(math::kInf) && team.ball_seen.ns > 0 &&
+      report.plays != 0 && !never_kicks) {
+    const FieldPoint at = FieldAt{field->x_m, field->y_m, field->heading_rad}.in(team.ball_x_m, team.ball_y_m);
+    report.to_ball_s = takes_s(at.x_m, at.y_m);
+  }
   plays_ = role_now(report, team, step.now);
   report.role = team.role = plays_;
   return rt::StepStatus::ok;

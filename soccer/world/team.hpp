@@ -12,7 +12,8 @@ namespace sinew::soccer {
 /// docs/soccer-world.md.
 /// Frames:  out: "field".
 /// Thread:  executor; 2 Hz and more.   RT: yes.
-/// Errors:  stale while nothing is known of the own place for 2 s: nothing is reported then.
+/// Errors:  stale while nothing is known of the own place for 2 s, or of the gait for 500 ms where the robot has legs:
+///          nothing is reported then.
 class Team final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
@@ -38,7 +39,8 @@ class Team final : public rt::Module {
   TeamMapOptions options_;
   RoleOptions roles_;
   double walk_mps_ = 0.2, turn_radps_ = 0.8;
-  std::int64_t role_ = 0;
+  std::int64_t role_ = 0, goalie_from_ = 2;
+  bool legs_ = true, shares_ball_ = false;
 
   Heard heard_;                                    // state
   std::array<rt::Time, kMates> contradicted_{};    // state: when the own eyes last did

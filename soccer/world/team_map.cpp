@@ -64,8 +64,8 @@ void fill_report(const msg::FieldPose& pose, const msg::BallModel* ball, const T
   out.ball = {f(b->x_m), f(b->y_m), f(b->covariance(0, 0)), f(b->covariance(0, 1)), f(b->covariance(1, 1))};
   out.ball_vx_mps = f(b->vx_mps), out.ball_vy_mps = f(b->vy_mps);
   out.ball_confidence = f(b->confidence);
-  constexpr double kFeet_m = 0.25, kBeside_m = 0.12;
-  out.has_ball = ball->x_m > 0 && ball->x_m < kFeet_m && math::fabs(ball->y_m) < kBeside_m ? 1 : 0;
+  constexpr double kBeside_m = 0.12;
+  out.has_ball = ball->x_m > 0 && ball->x_m < o.feet_m && math::fabs(ball->y_m) < kBeside_m ? 1 : 0;
 }
 
 void put_together(const std::optional<BallReport>& own, msg::Time now, const TeamMapOptions& o, std::uint32_t doubted,

@@ -47,8 +47,8 @@ PitchOptions gripper_pitch(const WorldInfo& info, const WorldValues& values, std
 
 PitchBody gripper_body(const WorldInfo& info, const WorldValues& values) {
   PitchPlace start;
-  start.x_m = info.value(values, "start_x_m").value();
-  start.y_m = info.value(values, "start_y_m").value();
+  start.x_m = info.value(values, "start_x_m").value_or(0);
+  start.y_m = info.value(values, "start_y_m").value_or(0);
   start.heading_rad = info.value(values, "start_heading_deg").value() * math::kPi / 180;
   PitchBody body = pioneer_body(start);
   const BodyErrors own = body.errors;
@@ -68,22 +68,34 @@ hal::Result<std::unique_ptr<GripperWorld>> GripperWorld::create(const WorldChoic
 }
 
 GripperWorld::GripperWorld(std::unique_ptr<Pitch> pitch, const PitchPlace& start)
-    : pitch_(std::move(pitch)), score_({start.x_m, start.y_m, 0}) {
+    : pitch_(std::move(pitch)), robot_(*pitch_, 0, {start.x_m, start.y_m, 0}) {}
+
+void GripperWorld::advance(std::span<const RobotCommand> commands) {
+  const bool moves = steps_ % kStepsOfPitch == kStepsOfPitch - 1;
+  ++steps_;
+  if (!moves) return robot_.nothing_due();
+  robot_.act(commands[0], pitch_->now_ns());
+  pitch_->step();
+  robot_.sample(steps_);
+}
+
+GripperOnPitch::GripperOnPitch(Pitch& pitch, std::size_t number, const math::Vec3& goal_m)
+    : pitch_(pitch), number_(number), score_(goal_m) {
   commanded_.fill(math::kNan);
 }
 
 // ---- commands
 
-bool GripperWorld::drives(std::size_t joint) const {
+bool GripperOnPitch::drives(std::size_t joint) const {
   return taken_[joint] ? taken_[joint]->mode != DriveMode::off : math::is_finite(commanded_[joint]);
 }
 
-void GripperWorld::command(std::size_t joint, const JointDrive& drive) {
-  if (joint != kGripperJoint) return pitch_->command(0, joint == 0 ? kLeftWheel : kRightWheel, drive);
-  for (const std::size_t paddle : {kLeftPaddle, kRightPaddle}) pitch_->command(0, paddle, of_paddle(drive));
+void GripperOnPitch::command(std::size_t joint, const JointDrive& drive) {
+  if (joint != kGripperJoint) return pitch_.command(number_, joint == 0 ? kLeftWheel : kRightWheel, drive);
+  for (const std::size_t paddle : {kLeftPaddle, kRightPaddle}) pitch_.command(number_, paddle, of_paddle(drive));
 }
 
-void GripperWorld::act(RobotCommand given) {
+void GripperOnPitch::act(RobotCommand given, std::int64_t /*now_ns*/) {
   for (std::size_t joint = 0; joint < kJoints; ++joint) {
     const double value = joint < given.size() ? given[joint] : math::kNan;
     const bool same = value == commanded_[joint] || (math::is_nan(value) && math::is_nan(commanded_[joint]));
@@ -100,21 +112,21 @@ void GripperWorld::act(RobotCommand given) {
   released_ = false;
 }
 
-void GripperWorld::drive(std::size_t joint, const JointDrive& drive) {
+void GripperOnPitch::drive(std::size_t joint, const JointDrive& drive) {
   taken_[joint] = drive;
   command(joint, drive);
 }
 
-void GripperWorld::release(std::size_t joint) {
+void GripperOnPitch::release(std::size_t joint) {
   taken_[joint].reset();
   released_ = true;
 }
 
 // ---- samples
 
-JointMotion GripperWorld::motion(std::size_t joint) const {
-  const BodyTruth& truth = pitch_->truth(0);
-  const BodySensors& said = pitch_->sensors(0);
+JointMotion GripperOnPitch::motion(std::size_t joint) const {
+  const BodyTruth& truth = pitch_.truth(number_);
+  const BodySensors& said = pitch_.sensors(number_);
   JointMotion m;
   if (joint == kGripperJoint) {
     m.position_rad = (truth.joint_rad[kLeftPaddle] + truth.joint_rad[kRightPaddle]) / 2 / kGripperLead_m_per_rad;
@@ -135,16 +147,16 @@ JointMotion GripperWorld::motion(std::size_t joint) const {
   return m;
 }
 
-JointLimits GripperWorld::limits(std::size_t joint) const {
+JointLimits GripperOnPitch::limits(std::size_t joint) const {
   if (joint == kGripperJoint)
     return {0, kGripperMost_rad, kPioneer.grip_mps / kGripperLead_m_per_rad,
             2 * kPioneer.grip_n * kGripperLead_m_per_rad};
   return {-1e9, 1e9, kPioneer.fastest_mps / kPioneer.wheel_radius_m, kPioneer.wheel_stall_nm};
 }
 
-void GripperWorld::sample() {
-  const BodySensors& s = pitch_->sensors(0);
-  const auto every = [&](int n) { return steps_ % n == 0; };
+void GripperOnPitch::sample(std::int64_t steps) {
+  const BodySensors& s = pitch_.sensors(number_);
+  const auto every = [&](int n) { return steps % n == 0; };
   due_.imu = every(kGripperImuSteps), due_.joints = every(kGripperJointSteps), due_.truth = every(kTruthSteps);
   due_.cameras = every(kGripperCameraSteps) ? 1 : 0;
   due_.imu_sample = {{s.imu_stamp_ns}, s.gyro_radps.to<msg::Vec3>(), s.accel_mps2.to<msg::Vec3>()};
@@ -174,54 +186,46 @@ void GripperWorld::sample() {
     put(gripper, 0, both, 1 / kGripperLead_m_per_rad, kGripperJoint);
   }
   const bool driven = drives(0) || drives(1) || drives(2);
-  score_.look(pitch_->truth(0), pitch_->ball(), driven);
+  score_.look(pitch_.truth(number_), pitch_.ball(), driven);
 }
 
-void GripperWorld::advance(std::span<const RobotCommand> commands) {
-  const bool moves = steps_ % kStepsOfPitch == kStepsOfPitch - 1;
-  ++steps_;
-  if (!moves) {
-    due_.imu = due_.joints = due_.truth = false;
-    due_.cameras = 0;
-    return;
-  }
-  act(commands[0]);
-  pitch_->step();
-  sample();
+void GripperOnPitch::nothing_due() {
+  due_.imu = due_.joints = due_.truth = false;
+  due_.cameras = 0;
 }
 
 // ---- what is so
 
-WorldTruth GripperWorld::ground_truth() const {
-  const BodyTruth& truth = pitch_->truth(0);
+WorldTruth GripperOnPitch::ground_truth() const {
+  const BodyTruth& truth = pitch_.truth(number_);
   WorldTruth t;
   t.p_world_m = truth.torso.p_m.to<msg::Vec3>();
   t.v_world_mps = truth.v_world_mps.to<msg::Vec3>();
   t.q_world_base = truth.torso.q.to<msg::Quat>();
   t.gyro_radps = truth.gyro_radps.to<msg::Vec3>();
-  t.target_world_m = pitch_->ball().p_m.to<msg::Vec3>();
+  t.target_world_m = pitch_.ball().p_m.to<msg::Vec3>();
   t.battery_v = kBattery_v;
   t.landed = true;
   return t;
 }
 
-Scene GripperWorld::scene(std::size_t camera) const { return pitch_scene(*pitch_, 0, camera); }
+Scene GripperOnPitch::scene(std::size_t camera) const { return pitch_scene(pitch_, number_, camera); }
 
-bool GripperWorld::still() const {
-  const BodyTruth& truth = pitch_->truth(0);
+bool GripperOnPitch::still() const {
+  const BodyTruth& truth = pitch_.truth(number_);
   const bool driven = drives(0) || drives(1) || drives(2);
   return !driven && math::norm(truth.v_world_mps) < 0.02 && math::norm(truth.gyro_radps) < 0.1;
 }
 
-void GripperWorld::add_to(JsonObject& report) const {
-  const BodyTruth& truth = pitch_->truth(0);
+void GripperOnPitch::add_to(JsonObject& report) const {
+  const BodyTruth& truth = pitch_.truth(number_);
   score_.add_to(report);
   report.number("x_m", truth.torso.p_m.x);
   report.number("y_m", truth.torso.p_m.y);
   report.number("heading_deg", truth.torso.q.yaw() * 180 / math::kPi);
-  report.number("ball_x_m", pitch_->ball().p_m.x);
-  report.number("ball_y_m", pitch_->ball().p_m.y);
-  report.integer("physics_warnings", pitch_->trouble());
+  report.number("ball_x_m", pitch_.ball().p_m.x);
+  report.number("ball_y_m", pitch_.ball().p_m.y);
+  report.integer("physics_warnings", pitch_.trouble());
   report.boolean("at_rest", still());
   report.boolean("motors_stopped", !(drives(0) || drives(1) || drives(2)));
 }

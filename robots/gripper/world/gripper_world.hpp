@@ -4,20 +4,24 @@
 #include "robots/gripper/devices.hpp"
 #include "robots/gripper/world/carry_score.hpp"
 #include "sim_hil/pitch/pitch.hpp"
+#include "sim_hil/pitch/pitch_robot.hpp"
 #include "sim_hil/worlds/world.hpp"
 
 namespace sinew::plant {
 
-/// A wheeled robot with a gripper on the pitch (sim_hil/pitch/wheeled.hpp), and an orange ball.
-/// Thread:  owner.
-class GripperWorld final : public LoneRobot, public PlantJoints {
+/// A wheeled robot with a gripper on a pitch (sim_hil/pitch/wheeled.hpp), as its session sees it.
+/// Thread:  the world's.
+class GripperOnPitch final : public PitchRobot, public PlantJoints {
  public:
-  static WorldInfo info();
-  static hal::Result<std::unique_ptr<GripperWorld>> create(const WorldChoice& choice, std::uint64_t seed);
+  /// The pitch has its body as this number. `goal_m`: where the ball is to be brought.
+  GripperOnPitch(Pitch& pitch, std::size_t number, const math::Vec3& goal_m);
 
-  void advance(std::span<const RobotCommand> commands) override;
-  msg::Time now() const override { return {steps_ * kStepNs}; }
-  const Pitch& pitch() const { return *pitch_; }
+  const CarryScore& score() const { return score_; }
+
+  // ---- PitchRobot
+  void act(RobotCommand given, std::int64_t now_ns) override;
+  void sample(std::int64_t steps) override;
+  void nothing_due() override;
 
   // ---- SimRobot
   const Due& due() const override { return due_; }
@@ -39,19 +43,37 @@ class GripperWorld final : public LoneRobot, public PlantJoints {
 
  private:
   static constexpr std::size_t kJoints = 3, kGripperJoint = 2;
-  GripperWorld(std::unique_ptr<Pitch> pitch, const PitchPlace& start);
-  void act(RobotCommand given);
   void command(std::size_t joint, const JointDrive& drive);
   bool drives(std::size_t joint) const;
-  void sample();
 
-  std::unique_ptr<Pitch> pitch_;
+  Pitch& pitch_;
+  const std::size_t number_;
   CarryScore score_;
   std::array<double, kJoints> commanded_{};
   std::array<std::optional<JointDrive>, kJoints> taken_{};  // by drives at the wire
   bool released_ = true;                                    // the commands have to go out again
-  std::int64_t steps_ = 0;
   Due due_;
+};
+
+/// That robot alone on the pitch, and an orange ball.
+/// Thread:  owner.
+class GripperWorld final : public World {
+ public:
+  static WorldInfo info();
+  static hal::Result<std::unique_ptr<GripperWorld>> create(const WorldChoice& choice, std::uint64_t seed);
+
+  void advance(std::span<const RobotCommand> commands) override;
+  msg::Time now() const override { return {steps_ * kStepNs}; }
+  std::size_t robots() const override { return 1; }
+  SimRobot& robot(std::size_t /*number*/) override { return robot_; }
+  const Pitch& pitch() const { return *pitch_; }
+
+ private:
+  GripperWorld(std::unique_ptr<Pitch> pitch, const PitchPlace& start);
+
+  std::unique_ptr<Pitch> pitch_;
+  GripperOnPitch robot_;
+  std::int64_t steps_ = 0;
 };
 
 /// What it is made of.

@@ -31,7 +31,7 @@ bool same_bits(const std::array<double, kMostJoints>& a, const std::array<double
 
 }  // namespace
 
-class SoccerRobotSide final : public SimRobot, public PlantJoints {
+class SoccerRobotSide final : public PitchRobot, public PlantJoints {
  public:
   SoccerRobotSide(const SoccerRobot& given, Pitch& pitch, const Game* game, std::size_t number, bool has_board,
                   std::uint64_t seed)
@@ -50,8 +50,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
     taken_.resize(pitch.body(number).joints());
   }
 
-  /// Before a step of the pitch.
-  void act(RobotCommand command, std::int64_t now_ns) {
+  void act(RobotCommand command, std::int64_t now_ns) override {
     std::size_t channel = 0;
     for (std::size_t limb = 0; limb < kinematics::kLimbs; ++limb)
       for (std::size_t i = 0; i < kKidLimbJoints[limb]; ++i, ++channel)
@@ -69,8 +68,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
       pitch_.push(number_, math::Quat::exp({0, 0, heading_of(pitch_.truth(number_).torso)}).rotate(push_ns_), kPushNs);
   }
 
-  /// After a step of the plant that was one of the pitch, too.
-  void sample(std::int64_t steps) {
+  void sample(std::int64_t steps) override {
     const BodySensors& s = pitch_.sensors(number_);
     const auto every = [&](int n) { return steps % n == 0; };
     due_.imu = every(kKidImuSteps), due_.soles = due_.joints = every(kKidJointSteps);
@@ -105,7 +103,7 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
   }
   /// The referee has put it somewhere else.
   void moved() { score_.moved(); }
-  void nothing_due() {
+  void nothing_due() override {
     due_.imu = due_.soles = due_.joints = due_.battery = due_.referee = due_.truth = false;
     due_.cameras = 0;
   }
@@ -261,6 +259,11 @@ class SoccerRobotSide final : public SimRobot, public PlantJoints {
   Due due_;
 };
 
+std::unique_ptr<PitchRobot> kid_on_pitch(const SoccerRobot& robot, Pitch& pitch, std::size_t number,
+                                         std::uint64_t seed) {
+  return std::make_unique<SoccerRobotSide>(robot, pitch, nullptr, number, false, seed);
+}
+
 struct SoccerWorld::Impl {
   std::unique_ptr<Pitch> pitch;
   std::optional<Game> game;
@@ -299,27 +302,30 @@ PitchOptions pitch_options_of(const WorldInfo& info, const WorldValues& values) 
   return options;
 }
 
-std::vector<SoccerRobot> soccer_robots_of(const WorldChoice& choice) {
+SoccerRobot soccer_robot_of(const WorldChoice& choice, std::size_t number) {
   constexpr double kBeside_m[] = {0, 1.2, -1.2, 2.4};
   const WorldInfo& info = choice.type->info;
+  const WorldValues values = choice.values_of(number);
+  const auto value = [&](const char* key) { return info.value(values, key).value_or(0); };
+  SoccerRobot robot;
+  if (const kinematics::Body* body = choice.body_of(number)) robot.body.body = *body;
+  robot.body.gain_per_rad = value("servo_gain_per_rad");
+  robot.body.errors = BodyErrors::from(values);
+  robot.body.focal_per_height = info.value(values, "camera_focal").value_or(kFocalPerHeight);
+  robot.body.team = static_cast<std::uint8_t>(value("team"));
+  PitchPlace& start = robot.body.start;
+  start.x_m = info.value(values, "start_x_m").value_or(number < 4 ? -1 : 1);
+  start.y_m = info.value(values, "start_y_m").value_or(kBeside_m[number % 4]);
+  start.heading_rad = value("start_heading_deg") * math::kPi / 180;
+  start.lie = static_cast<PitchPlace::Lie>(static_cast<int>(value("start_lie")));
+  const double from = value("push_from_deg") * math::kPi / 180;
+  robot.push_ns = {value("push_ns") * math::cos(from), value("push_ns") * math::sin(from), 0};
+  return robot;
+}
+
+std::vector<SoccerRobot> soccer_robots_of(const WorldChoice& choice) {
   std::vector<SoccerRobot> robots;
-  for (std::size_t i = 0; i < choice.robot_count(); ++i) {
-    const WorldValues values = choice.values_of(i);
-    const auto value = [&](const char* key) { return info.value(values, key).value_or(0); };
-    SoccerRobot& robot = robots.emplace_back();
-    if (const kinematics::Body* body = choice.body_of(i)) robot.body.body = *body;
-    robot.body.gain_per_rad = value("servo_gain_per_rad");
-    robot.body.errors = BodyErrors::from(values);
-    robot.body.focal_per_height = value("camera_focal");
-    robot.body.team = static_cast<std::uint8_t>(value("team"));
-    PitchPlace& start = robot.body.start;
-    start.x_m = info.value(values, "start_x_m").value_or(i < 4 ? -1 : 1);
-    start.y_m = info.value(values, "start_y_m").value_or(kBeside_m[i % 4]);
-    start.heading_rad = value("start_heading_deg") * math::kPi / 180;
-    start.lie = static_cast<PitchPlace::Lie>(static_cast<int>(value("start_lie")));
-    const double from = value("push_from_deg") * math::kPi / 180;
-    robot.push_ns = {value("push_ns") * math::cos(from), value("push_ns") * math::sin(from), 0};
-  }
+  for (std::size_t i = 0; i < choice.robot_count(); ++i) robots.push_back(soccer_robot_of(choice, i));
   return robots;
 }
 

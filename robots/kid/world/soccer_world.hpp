@@ -5,6 +5,7 @@
 
 #include "robots/kid/devices.hpp"
 #include "sim_hil/pitch/pitch.hpp"
+#include "sim_hil/pitch/pitch_robot.hpp"
 #include "sim_hil/worlds/world.hpp"
 
 namespace sinew::plant {
@@ -40,6 +41,11 @@ class SoccerWorld final : public World {
 /// What it is made of.
 PitchOptions pitch_options_of(const WorldInfo& info, const WorldValues& values);
 std::vector<SoccerRobot> soccer_robots_of(const WorldChoice& choice);
+/// One of them. Options that the world does not have are 0, the place as by its number.
+SoccerRobot soccer_robot_of(const WorldChoice& choice, std::size_t number);
+/// One of them on a pitch of another world, that has its body as this number. No game.
+std::unique_ptr<PitchRobot> kid_on_pitch(const SoccerRobot& robot, Pitch& pitch, std::size_t number,
+                                         std::uint64_t seed);
 /// Draws scenes of SoccerRobot::scene().
 std::unique_ptr<Painter> soccer_painter(std::uint32_t width, std::uint32_t height, const WorldChoice& choice);
 

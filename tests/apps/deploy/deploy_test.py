@@ -429,5 +429,101 @@ class Fetch(Board):
         self.assertIn("there is no folder of runs", err)
 
 
+
+class Team(Board):
+    """Three boards with one command."""
+    NAMES = ("ant", "bee", "cat")
+
+    def setUp(self):
+        super().setUp()
+        lines = []
+        for name in self.NAMES:
+            folder = self.board / f"pi@{name}"
+            (folder / "bin").mkdir(parents=True)
+            (folder / "log").touch()
+            for tool in (self.board / "bin").iterdir():
+                shutil.copy(tool, folder / "bin" / tool.name)
+            (self.here / f"{name}.toml").write_text(ROBOT.replace('name = "desk"', f'name = "{name}"'))
+            lines += [f"[robot.{name}]", f'host = "pi@{name}"', f'file = "{name}.toml"', ""]
+        self.team = self.here / "team.toml"
+        self.team.write_text("\n".join(lines))
+
+    def run_team(self, *arguments):
+        environment = dict(os.environ, FAKE_BOARD=str(self.board), FAKE_BOARDS=str(self.board), FAKE_FAULT=self.fault)
+        done = subprocess.run([SINEW, "deploy", str(self.team), "--dir", "opt/sinew", *map(str, arguments), "--ssh", SSH],
+                              capture_output=True, text=True, timeout=280, env=environment, cwd=self.here)
+        return done.returncode, done.stdout, done.stderr
+
+    def on(self, name):
+        return self.board / f"pi@{name}/opt/sinew"
+
+    def ends(self, out):
+        """What the table at the end says of each robot."""
+        return {line.split()[0]: line.split(None, 2)[2] for line in out.splitlines()[-len(self.NAMES):]}
+
+    def test_each_robot_comes_to_its_own_board(self):
+        code, out, err = self.run_team("--board", "linux")
+        self.assertEqual(code, 0, out + err)
+        self.assertEqual(self.ends(out), dict.fromkeys(self.NAMES, "done"))
+        for name in self.NAMES:
+            self.assertIn(f'name = "{name}"', (self.on(name) / f"app/{name}.toml").read_text())
+            self.assertFalse(any((self.on(name) / f"app/{other}.toml").exists() for other in self.NAMES if other != name))
+
+    def test_a_board_that_is_off_does_not_keep_the_others_from_theirs(self):
+        self.fault = "pi@bee=unreachable"
+        code, out, err = self.run_team("--board", "linux")
+        self.assertEqual(code, 1, out + err)
+        self.assertEqual(self.ends(out), {"ant": "done", "bee": "not begun", "cat": "done"})
+        self.assertIn("cannot be reached", err)
+        self.fault = ""
+        self.assertEqual(self.run_team("--board", "linux")[0], 0)
+        self.assertEqual([os.readlink(self.on(name) / "app") for name in self.NAMES], ["version-2", "version-1", "version-2"])
+        code, out, err = self.run_team("--rollback")
+        self.assertEqual((code, self.ends(out)), (1, {"ant": "done", "bee": "failed", "cat": "done"}), err)
+
+    def test_what_is_wrong_with_the_file_is_said_before_anything_is_sent(self):
+        good = self.team.read_text()
+        for text, words in ((good.replace('"pi@bee"', '"pi@ant"'), "another board for each robot"),
+                            (good.replace("host", "hots", 1), "robot.ant.hots"),
+                            (good.replace('file = "ant.toml"', ""), "robot.ant.file"),
+                            ("", "a table [robot.NAME] for each robot"), ("[robot", "team.toml:1")):
+            self.team.write_text(text)
+            code, _, err = self.run_team("--board", "linux")
+            self.assertEqual(code, 2, err)
+            self.assertIn(words, err)
+        self.team.write_text(good)
+        code, _, err = self.run_team(self.robot)
+        self.assertEqual(code, 2)
+        self.assertIn("names the robot files", err)
+        self.assertEqual([(self.board / f"pi@{name}/log").read_text() for name in self.NAMES], [""] * 3)
+
+    def test_the_records_of_all_come_back_and_are_executed_again_to_the_same(self):
+        for seed, name in enumerate(self.NAMES):
+            runs = self.on(name) / "data/runs"
+            subprocess.run([SINEW, "run", f"{SOURCE}/robots/seesaw/seesaw.toml", "--virtual", "--duration", "2", "--seed", str(seed),
+                            "--runs", str(runs), "--quiet"], capture_output=True, check=False, cwd=self.board)
+            for path in runs.rglob("*"):
+                if not path.is_symlink():
+                    os.utime(path, (time.time() - 3600,) * 2)
+        code, out, err = self.run_team("--fetch=got", "--replay")
+        self.assertEqual(code, 0, out + err)
+        self.assertEqual(out.count("1 of 1 runs are identical"), 3, out)
+        for name in self.NAMES:
+            here, there = ([(p.name, p.read_bytes()) for p in sorted(folder.rglob("run.mcap")) if not p.parent.is_symlink()]
+                           for folder in (self.here / "got" / name, self.on(name) / "data"))
+            self.assertEqual(here, there)
+        broken = next((self.here / "got/bee").rglob("run.mcap"))
+        broken.write_bytes(broken.read_bytes()[:5000])
+        code, out, err = self.run_team("--fetch=got", "--replay")
+        self.assertEqual(code, 1, out + err)
+        self.assertEqual(self.ends(out)["bee"], "failed")
+        self.assertEqual(self.ends(out)["ant"], "done")
+
+    def test_replay_alone_means_nothing(self):
+        code, _, err = self.run_team("--replay")
+        self.assertEqual(code, 2)
+        self.assertIn("--fetch", err)
+
+
 if __name__ == "__main__":
     unittest.main(argv=[sys.argv[0]] + sys.argv[3:])
