@@ -6,6 +6,8 @@ namespace sinew::control {
 
 void ErrorStateFilter::declare(rt::Declaration& d) {
   d.in("imu", imu_, {.depth = 32});  // a late start brings up to 20 at once
+  d.in("imu2", imu2_, {.depth = 32, .optional = true});
+  d.in("imu3", imu3_, {.depth = 32, .optional = true});
   d.in("range", range_, {.depth = 4, .optional = true});
   d.in("baro", baro_, {.depth = 4, .optional = true});
   d.in("pad", pad_, {.depth = 4, .optional = true});
@@ -15,7 +17,8 @@ void ErrorStateFilter::declare(rt::Declaration& d) {
   d.in("motors", motors_, {.optional = true, .previous = true});
   d.out("state", state_);
   d.out("report", report_);
-  d.state(estimator_);
+  d.state(estimator_, others_, selector_);
+  d.param("imus", imus_, {.unit = "1", .min = 1, .max = 3, .doc = "IMUs that are bound: imu, imu2, imu3"});
   declare_sensors(d);
   declare_levelling(d);
   declare_gnss(d);
@@ -180,24 +183,64 @@ void ErrorStateFilter::declare_mag(rt::Declaration& d) {
           {.unit = "1", .min = 2000, .max = 2100, .doc = "decimal year, for the World Magnetic Model (2025 to 2030)"});
 }
 
-rt::StepStatus ErrorStateFilter::step(const rt::Step&) noexcept {
+hal::Status ErrorStateFilter::configure(rt::Setup&) {
+  others_.resize(static_cast<std::size_t>(imus_ - 1));
+  return {};
+}
+
+void ErrorStateFilter::reset() {
+  estimator_.reset();
+  for (NavEstimator& other : others_) other.reset();
+  selector_.reset();
+}
+
+/// False when there are samples and none of them can be used.
+bool ErrorStateFilter::add_messages(NavEstimator& nav, const rt::InQueue<msg::ImuSample>& imu) noexcept {
   const msg::ActuatorCommand* motors = motors_.get();
-  estimator_.set_motors_stopped(!motors || !motors->armed);
+  nav.set_motors_stopped(!motors || !motors->armed);
   bool good = false;
-  for (const msg::ImuSample& s : imu_) good = estimator_.add_imu(s) || good;
-  for (const msg::RangeSample& s : range_) estimator_.add_range(s);
-  for (const msg::BaroSample& s : baro_) estimator_.add_baro(s);
-  for (const msg::PadSighting& s : pad_) estimator_.add_pad(s);
-  for (const msg::GnssSample& s : gnss_) estimator_.add_gnss(s);
-  for (const msg::MagSample& s : mag_) estimator_.add_mag(s);
-  for (const msg::GroundMotion& s : motion_) estimator_.add_motion(s);
-  if (imu_.empty()) return rt::StepStatus::stale;
-  if (!good) return rt::StepStatus::fault;  // no sample of this step could be used
-  if (!estimator_.started()) return rt::StepStatus::stale;
-  const msg::NavState n = estimator_.output();
+  for (const msg::ImuSample& s : imu) good = nav.add_imu(s) || good;
+  for (const msg::RangeSample& s : range_) nav.add_range(s);
+  for (const msg::BaroSample& s : baro_) nav.add_baro(s);
+  for (const msg::PadSighting& s : pad_) nav.add_pad(s);
+  for (const msg::GnssSample& s : gnss_) nav.add_gnss(s);
+  for (const msg::MagSample& s : mag_) nav.add_mag(s);
+  for (const msg::GroundMotion& s : motion_) nav.add_motion(s);
+  return good;
+}
+
+NavEstimator& ErrorStateFilter::choose_imu(const rt::Step& step) noexcept {
+  const rt::InQueue<msg::ImuSample>* const queues[] = {&imu_, &imu2_, &imu3_};
+  const auto count = static_cast<std::uint32_t>(others_.size() + 1);
+  const auto lane = [&](std::uint32_t i) -> NavEstimator& { return i == 0 ? estimator_ : others_[i - 1]; };
+  for (std::uint32_t i = 0; i < count; ++i) {
+    NavEstimator& nav = lane(i);
+    if (i > 0) {
+      nav.params = estimator_.params;
+      if (add_messages(nav, *queues[i]) && nav.started())
+        selector_.add_sample(i, step.now, math::Vec3(queues[i]->back().gyro_radps),
+                             math::Vec3(queues[i]->back().accel_mps2));
+    } else if (!imu_.empty() && nav.started()) {
+      selector_.add_sample(0, step.now, math::Vec3(imu_.back().gyro_radps), math::Vec3(imu_.back().accel_mps2));
+    }
+    selector_.add_fit(i, nav.fit(), msg::seconds(step.dt));
+  }
+  const std::uint32_t before = selector_.chosen();
+  NavEstimator& chosen = lane(selector_.choose(count, step.now));
+  if (selector_.chosen() != before) chosen.announce_imu(selector_.chosen(), lane(before));
+  return chosen;
+}
+
+rt::StepStatus ErrorStateFilter::step(const rt::Step& step) noexcept {
+  const bool good = add_messages(estimator_, imu_);
+  NavEstimator& nav = others_.empty() ? estimator_ : choose_imu(step);
+  if (imu_.empty() && (others_.empty() || &nav == &estimator_)) return rt::StepStatus::stale;
+  if (!good && &nav == &estimator_) return rt::StepStatus::fault;  // no sample of this step could be used
+  if (!nav.started()) return rt::StepStatus::stale;
+  const msg::NavState n = nav.output();
   if (!plausible(n)) return rt::StepStatus::fault;
   state_.loan() = n;
-  if (msg::NavReport report; estimator_.take_report(report)) report_.loan() = report;
+  if (msg::NavReport report; nav.take_report(report)) report_.loan() = report;
   return rt::StepStatus::ok;
 }
 

@@ -84,6 +84,10 @@ class NavEstimator {
   /// True when a report is due: something jumped, or a tenth of a second has gone by outdoors. Call it after the
   /// messages of a step.
   bool take_report(msg::NavReport& report);
+  /// How well the forecasts fit the outdoor sources: mean of their newest test ratios; 0 while there are none.
+  double fit() const;
+  /// From now on this estimate is published in place of the other's: announces the difference.
+  void announce_imu(std::uint32_t imu, const NavEstimator& before);
   /// What the last report said, and how sure the heading is: also between reports.
   const msg::NavReport& report() const { return out_.report; }
   double heading_std_rad() const;

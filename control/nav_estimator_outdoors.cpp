@@ -64,7 +64,7 @@ double NavEstimator::heading_std_rad() const {
 }
 
 void NavEstimator::announce(NavResetCause cause, double yaw_rad, const math::Vec3& dp, const math::Vec3& dv) {
-  if (out_.active == 0) return;
+  if (out_.active == 0 && cause != NavResetCause::imu_change) return;
   msg::NavReport& r = out_.report;
   const bool more = out_.report_due != 0;  // several in one step add up
   r.reset_yaw_rad = math::wrap_pi(yaw_rad + (more ? r.reset_yaw_rad : 0));
@@ -73,6 +73,24 @@ void NavEstimator::announce(NavResetCause cause, double yaw_rad, const math::Vec
   if (!more || r.reset_cause == NavResetCause::large_step) r.reset_cause = cause;
   ++r.resets;
   out_.report_due = 1;
+}
+
+double NavEstimator::fit() const {
+  double sum = 0, count = 0;
+  for (const msg::NavSourceState& s : out_.report.source) {
+    if (s.last_fused.ns == 0 || msg::seconds(last_imu_ - s.last_fused) > 10) continue;
+    sum += s.test_ratio;
+    count += 1;
+  }
+  return count > 0 ? sum / count : 0;
+}
+
+void NavEstimator::announce_imu(std::uint32_t imu, const NavEstimator& before) {
+  const InertialState &now = filter_.state(), &old = before.filter_.state();
+  out_.report.resets = before.out_.report.resets;
+  out_.report.imu = imu;
+  announce(NavResetCause::imu_change, (now.q_world_base * old.q_world_base.conjugate()).log().z,
+           now.p_world_m - old.p_world_m, now.v_world_mps - old.v_world_mps);
 }
 
 /// An ordinary correction that is as large as a reset is announced as one.
@@ -490,7 +508,7 @@ void NavEstimator::add_motion(const msg::GroundMotion& s) {
 // ---- report --------------------------------------------------------------------------------------------------------
 
 bool NavEstimator::take_report(msg::NavReport& report) {
-  if (out_.active == 0 || !started_) return false;
+  if ((out_.active == 0 && out_.report_due == 0) || !started_) return false;
   if (out_.report_due == 0 && msg::seconds(last_imu_ - out_.last_report) < kReportEvery_s) return false;
   const InertialState& x = filter_.state();
   const Covariance& p = filter_.covariance();

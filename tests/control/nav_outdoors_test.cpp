@@ -103,9 +103,11 @@ struct Vehicle {
     g.stamp = {now_ns};
     const Vec3 at = p + q.rotate(antenna) + gnss_offset + Vec3{noise.normal(0, 0.15), noise.normal(0, 0.15), 0};
     // The inverse of the local frame, to first order around the place: good to a millimetre at this distance.
-    const double across = 6378137 / math::sqrt(1 - 0.00669438 * 0.5418), along = across * 0.99330562 / (1 - 0.00669438 * 0.5418);
+    const double across = 6378137 / math::sqrt(1 - 0.00669438 * 0.5418),
+                 along = across * 0.99330562 / (1 - 0.00669438 * 0.5418);
     g.latitude_deg = kPlace.latitude_deg + at.y / (along + 488) / kDegree;
-    g.longitude_deg = kPlace.longitude_deg + at.x / ((across + 488) * math::cos(kPlace.latitude_deg * kDegree)) / kDegree;
+    g.longitude_deg =
+        kPlace.longitude_deg + at.x / ((across + 488) * math::cos(kPlace.latitude_deg * kDegree)) / kDegree;
     g.altitude_m = 488 + at.z + noise.normal(0, 0.3);
     g.velocity_mps = (v + q.rotate(cross(rate, antenna)) + gnss_v_offset + random(0.05)).to<msg::Vec3>();
     g.horizontal_accuracy_m = g.vertical_accuracy_m = accuracy_m;

@@ -1,6 +1,7 @@
 #pragma once
 // A flight in the format of PX4's EKF2 replay tests, through NavEstimator, beside what EKF2 made of it.
 // One sample a line: time_us,type,values (imu, mag, baro, landed, gps; axes forward-right-down and north-east-down).
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <functional>
@@ -171,6 +172,79 @@ inline Replay replay(const Px4Flight& flight, const ReplayOptions& o) {
   }
   out.frame = nav.frame();
   return out;
+}
+
+/// EKF2's states at an instant, between two of its lines.
+inline std::optional<Ekf2Line> ekf2_at(const Px4Flight& flight, std::int64_t us) {
+  for (std::size_t i = 0; i + 1 < flight.ekf2.size(); ++i) {
+    const Ekf2Line &a = flight.ekf2[i], &b = flight.ekf2[i + 1];
+    if (us < a.us || us >= b.us) continue;
+    Ekf2Line l = a;
+    const double s = static_cast<double>(us - a.us) / static_cast<double>(b.us - a.us);
+    l.us = us;
+    for (std::size_t k = 0; k < l.state.size(); ++k) {
+      l.state[k] += (b.state[k] - a.state[k]) * s;
+      l.variance[k] += (b.variance[k] - a.variance[k]) * s;
+    }
+    return l;
+  }
+  return std::nullopt;
+}
+
+/// Horizontal root mean squares from `from_s` on.
+struct Innovations {
+  double v_mps = 0, p_m = 0;
+  int fixes = 0;
+};
+
+inline Innovations innovations_of(const Replay& r, double from_s) {
+  Innovations sum;
+  for (const FixInnovation& i : r.innovations) {
+    if (static_cast<double>(i.us) < from_s * 1e6) continue;
+    sum.v_mps += i.v_mps.x * i.v_mps.x + i.v_mps.y * i.v_mps.y;
+    sum.p_m += i.p_m.x * i.p_m.x + i.p_m.y * i.p_m.y;
+    ++sum.fixes;
+  }
+  return {math::sqrt(sum.v_mps / sum.fixes), math::sqrt(sum.p_m / sum.fixes), sum.fixes};
+}
+
+/// Of EKF2's own output, `shift_s` later than the fix. Its lines are 0.1 s apart and between two of them it is
+/// interpolated, so the fix itself may be in it already: in its favour. Its position is moved to the fixes' mean on the
+/// ground first: its origin is its own.
+inline Innovations ekf2_innovations(const Px4Flight& flight, const LocalFrame& frame, double from_s, double shift_s) {
+  Innovations sum;
+  math::Vec3 origin;
+  int on_ground = 0;
+  for (const bool counts : {false, true}) {
+    for (const Px4Sample& s : flight.samples) {
+      const bool ground = s.us > 10'000'000 && s.us < 20'000'000;
+      if (s.type != "gps" || (!counts && !ground) || (counts && static_cast<double>(s.us) < from_s * 1e6)) continue;
+      const auto l = ekf2_at(flight, s.us + static_cast<std::int64_t>(shift_s * 1e6));
+      if (!l) continue;
+      const msg::GnssSample g = gnss_of(s);
+      const math::Vec3 p = frame.to_world({g.latitude_deg, g.longitude_deg, g.altitude_m}) - enu(&l->state[7]) - origin;
+      if (!counts) {
+        ++on_ground;
+        origin += p / on_ground;  // p is without the mean so far
+        continue;
+      }
+      const math::Vec3 v = math::Vec3(g.velocity_mps) - enu(&l->state[4]);
+      sum.v_mps += v.x * v.x + v.y * v.y;
+      sum.p_m += p.x * p.x + p.y * p.y;
+      ++sum.fixes;
+    }
+  }
+  return {math::sqrt(sum.v_mps / sum.fixes), math::sqrt(sum.p_m / sum.fixes), sum.fixes};
+}
+
+/// At the delay that suits EKF2's output best.
+inline Innovations best_ekf2_innovations(const Px4Flight& flight, const LocalFrame& frame, double from_s) {
+  Innovations best{1e9, 1e9, 0};
+  for (int i = -20; i <= 20; ++i) {
+    const Innovations n = ekf2_innovations(flight, frame, from_s, 0.01 * i);
+    best = {std::min(best.v_mps, n.v_mps), std::min(best.p_m, n.p_m), n.fixes};
+  }
+  return best;
 }
 
 }  // namespace sinew::control::test
