@@ -19,7 +19,7 @@ double seconds(std::int64_t us) { return 1e-6 * static_cast<double>(us); }
 constexpr std::int64_t kEkf2Late_us = 100'000;
 
 std::vector<app::Plot> plots_of(const Px4Flight& flight, const Replay& with, const Replay& without) {
-  app::Plot heading{"Heading, without jumps of 360 degrees", "s", "deg", {}, {}, {}, {}};
+  app::Plot heading{"Heading, counter-clockwise from east", "s", "deg", {}, {}, {}, {}};
   app::Plot speed{"Velocity to the north", "s", "m/s", {}, {}, {}, {}};
   app::Plot place{"Position to the north, from the start", "s", "m", {}, {}, {}, {}};
   app::Plot sigma{"Stated uncertainty of the horizontal velocity (1 sigma)", "s", "m/s", {}, {}, {}, {}};
