@@ -63,8 +63,8 @@ Difference compare(const InertialFilter& f, const DenseFilter& d) {
   const math::Quat& q = f.state().q_world_base;
   const Eigen::Quaterniond mine(q.w, q.x, q.y, q.z);
   worst.state = std::max(worst.state, 2 * (mine.coeffs() - d.q.coeffs()).cwiseAbs().maxCoeff());
-  for (int i = 0; i < kErrStates; ++i)
-    for (int j = 0; j < kErrStates; ++j)
+  for (int i = 0; i < kErrInertial; ++i)
+    for (int j = 0; j < kErrInertial; ++j)
       worst.covariance = std::max(worst.covariance, std::abs(f.covariance()(i, j) - d.covariance(i, j)));
   return worst;
 }
@@ -116,8 +116,8 @@ TEST(InertialFilter, CovarianceStaysPositiveDefiniteForAnHour) {
     if (i % 10 == 0) f.update(rows_at(f, random_numbers), 16);
     if (i % 20000 != 0) continue;
     DenseFilter::Matrix p;
-    for (int r = 0; r < kErrStates; ++r)
-      for (int c = 0; c < kErrStates; ++c) p(r, c) = f.covariance()(r, c);
+    for (int r = 0; r < kErrInertial; ++r)
+      for (int c = 0; c < kErrInertial; ++c) p(r, c) = f.covariance()(r, c);
     const Eigen::SelfAdjointEigenSolver<DenseFilter::Matrix> eigen(p);
     ASSERT_GT(eigen.eigenvalues()(0), 0) << "after " << i / 200 << " s";
     ASSERT_NEAR(
@@ -157,7 +157,7 @@ TEST(InertialFilter, ReopenedPositionForgetsItsCorrelations) {
   ASSERT_NE(f.covariance()(kErrP, kErrV), 0);
   f.reset_position(0, 7.5, 0.25);
   EXPECT_EQ(f.state().p_world_m.x, 7.5);
-  for (int j = 0; j < kErrStates; ++j) EXPECT_EQ(f.covariance()(kErrP, j), j == kErrP ? 0.25 : 0.0);
+  for (int j = 0; j < kErrInertial; ++j) EXPECT_EQ(f.covariance()(kErrP, j), j == kErrP ? 0.25 : 0.0);
 }
 
 }  // namespace
