@@ -257,7 +257,8 @@ void NavEstimator::add_baro(const msg::BaroSample& s) {
     row[0].variance = square(params.baro_noise_m);
     // Near the ground the rotors raise the pressure: the barometer reads too low, never too high.
     const OutdoorParams& o = params.outdoors;
-    if (!motors_stopped_ && z_m - ground_z_m_ < o.ground_effect_height_m && row[0].residual < 0)
+    const bool in_ground_effect = o.ground_effect_height_m > 0 && z_m - ground_z_m_ < o.ground_effect_height_m;
+    if (in_ground_effect && !motors_stopped_ && row[0].residual < 0)
       row[0].residual = row[0].residual < -o.ground_effect_m ? row[0].residual + o.ground_effect_m : 0;
     const std::uint32_t before = counters_.gated_baro;
     correct(row, &counters_.gated_baro, params.gate);

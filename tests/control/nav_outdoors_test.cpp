@@ -35,7 +35,7 @@ struct Vehicle {
   Vec3 gnss_offset, gnss_v_offset;
   double mag_turn_rad = 0;
   Vec3 mag_body_t{1.0e-6, -1.5e-6, 0.8e-6};
-  double accuracy_m = 0.5;
+  double accuracy_m = 0.5, baro_error_m = 0;
   std::vector<msg::NavReport> jumps;
   std::vector<std::pair<std::int64_t, msg::GnssSample>> coming;
   msg::NavReport last;
@@ -81,7 +81,7 @@ struct Vehicle {
       msg::BaroSample b;
       b.stamp = imu.stamp;
       b.temperature_c = 15;
-      b.pressure_pa = 101325 * math::exp(-(488 + p.z + noise.normal(0, 0.15)) / (29.2718 * 288.15));
+      b.pressure_pa = 101325 * math::exp(-(488 + p.z + baro_error_m + noise.normal(0, 0.15)) / (29.2718 * 288.15));
       nav.add_baro(b);
     }
     if (n % 50 == 0 && gnss_on) send_fix(rate);
@@ -335,6 +335,80 @@ TEST(NavOutdoors, WindIsLearnedFromTheDragOfTheRotors) {
   EXPECT_NEAR(v.last.wind_world_mps.x, 4, 0.6);
   EXPECT_NEAR(v.last.wind_world_mps.y, -2, 0.6);
   EXPECT_LT(v.last.wind_std_mps, 1.0);
+}
+
+TEST(NavOutdoors, OpticalMotionHoldsTheVelocityWhenGnssIsGone) {
+  for (const bool seen : {true, false}) {
+    Vehicle v;
+    v.stand(3);
+    v.run(4, [](double t) { return Vec3{0, 0, t < 2 ? 1.5 : -1.5}; });  // 6 m up
+    v.circle(10);
+    v.gnss_on = false;
+    for (int i = 0; i < 60 * 20; ++i) {
+      v.circle(0.05);
+      msg::GroundMotion m;
+      m.stamp = {v.now_ns};
+      const Vec3 base = v.q.conjugate().rotate(v.v) / v.p.z;
+      m.forward_radps = base.x + v.noise.normal(0, 0.03);
+      m.left_radps = base.y + v.noise.normal(0, 0.03);
+      m.seen = seen;
+      v.nav.add_motion(m);
+    }
+    const double off = norm(Vec3(v.nav.output().v_world_mps) - v.v);
+    if (seen)
+      EXPECT_LT(off, 0.4);
+    else
+      EXPECT_GT(off, 0.8) << "what a minute without anything makes of it";
+  }
+}
+
+TEST(NavOutdoors, NoFirstHeadingFromAFieldThatIsNotTheEarths) {
+  Vehicle v;
+  v.mag_body_t = {6e-5, 2e-5, 0};
+  v.stand(10);
+  EXPECT_FALSE(v.last.heading_valid);
+  EXPECT_EQ(v.last.source[std::size_t(NavSource::mag)].fused, 0U);
+  EXPECT_GT(v.last.source[std::size_t(NavSource::mag)].rejected, 0U);
+}
+
+TEST(NavOutdoors, HardIronOfTheParametersIsSubtracted) {
+  Vehicle v;
+  v.mag_body_t = {6e-5, 2e-5, -1e-5};
+  v.nav.params.outdoors.mag_hard_t = v.mag_body_t;
+  v.stand(3);
+  EXPECT_TRUE(v.last.heading_valid);
+  EXPECT_LT(v.heading_error(), 2 * kDegree);
+}
+
+TEST(NavOutdoors, HeadingFoundBeforeThePlaceTurnsByTheDeclinationWhenAFixComes) {
+  Vehicle v;
+  v.mag_body_t = {};
+  v.nav.params.outdoors.mag_wait_s = 1;
+  v.gnss_on = false;
+  v.stand(4);
+  ASSERT_TRUE(v.last.heading_valid);
+  const double declination = declination_rad(v.field);
+  EXPECT_NEAR(v.heading_error(), math::fabs(declination), 1 * kDegree);
+  v.gnss_on = true;
+  v.stand(3);
+  EXPECT_LT(v.heading_error(), 1 * kDegree);
+  EXPECT_EQ(v.jumps.back().reset_cause, NavResetCause::declination);
+  EXPECT_NEAR(math::fabs(v.jumps.back().reset_yaw_rad), math::fabs(declination), 1e-3);
+}
+
+TEST(NavOutdoors, BarometerThatReadsTooLowOverTheGroundDoesNotPullTheHeightDown) {
+  for (const bool known : {true, false}) {
+    Vehicle v;
+    if (known) v.nav.params.outdoors.ground_effect_height_m = 1.5;
+    v.stand(5);
+    v.gnss_on = false;
+    v.baro_error_m = -1.2;
+    v.hover(3);
+    if (known)
+      EXPECT_LT(math::fabs(v.nav.output().p_world_m.z), 0.25);
+    else
+      EXPECT_LT(v.nav.output().p_world_m.z, -0.45) << "what it does without";
+  }
 }
 
 TEST(NavOutdoors, WithoutOutdoorSamplesNothingOfItIsThere) {
