@@ -186,26 +186,35 @@ void Covariance::propagate_surroundings(const math::Mat3& r, const double (&f)[3
 }
 
 double Covariance::innovation(const Measurement& m, ErrorVector& gain) const {
-  gain.fill(0);
+  return has_surroundings() ? innovation_of<kErrStates>(m, gain) : innovation_of<kErrInertial>(m, gain);
+}
+
+template <int kTo>
+double Covariance::innovation_of(const Measurement& m, ErrorVector& gain) const {
+  double g[kTo] = {};
   for (std::uint32_t t = 0; t < m.terms; ++t) {
     const int k = m.index[t];
     const double c = m.coefficient[t];
-    for (int j = 0; j < k; ++j) gain[j] += c * p_[j][k];
-    for (int j = k; j < states_; ++j) gain[j] += c * p_[k][j];
+    for (int j = 0; j < k; ++j) g[j] += c * p_[j][k];
+    for (int j = k; j < kTo; ++j) g[j] += c * p_[k][j];
   }
   double s = m.variance;
-  for (std::uint32_t t = 0; t < m.terms; ++t) s += m.coefficient[t] * gain[m.index[t]];
+  for (std::uint32_t t = 0; t < m.terms; ++t) s += m.coefficient[t] * g[m.index[t]];
+  std::memcpy(gain.data(), g, sizeof g);
   return s;
 }
 
 void Covariance::correct(const ErrorVector& gain, double s) {
   alignas(16) double g[kColumns];
-  std::memcpy(g, gain.data(), sizeof gain);
-  g[kErrStates] = 0;
-  if (has_surroundings())
-    subtract_outer<kColumns>(g, 1.0 / s);
-  else
+  if (has_surroundings()) {
+    std::memcpy(g, gain.data(), kErrStates * sizeof(double));
+    g[kErrStates] = 0;
+    subtract_outer<kErrStates + 1>(g, 1.0 / s);
+  } else {
+    std::memcpy(g, gain.data(), kErrInertial * sizeof(double));
+    g[kErrInertial] = 0;
     subtract_outer<kErrInertial + 1>(g, 1.0 / s);
+  }
 }
 
 /// An odd number of states and one column more, which stays 0.

@@ -62,7 +62,7 @@ class Covariance {
   /// P = F P F^T + Q with F of one inertial step of `dt_s`:
   ///   p' = p + dt v,   v' = v - [f dt]x theta - R dt a,   theta' = theta - R dt g,   g and a constant.
   void propagate(const math::Mat3& r_world_base, const math::Vec3& f_world_mps2, double dt_s, const Noise& q);
-  /// Variance of the innovation of `m`; fills `gain` with P H^T (not yet divided by it).
+  /// Variance of the innovation of `m`; fills `gain` with P H^T (not yet divided by it), as far as there are states.
   double innovation(const Measurement& m, ErrorVector& gain) const;
   /// P -= gain gain^T / s: the correction by one scalar measurement.
   void correct(const ErrorVector& gain, double s);
@@ -75,6 +75,8 @@ class Covariance {
   void turn_pair(int i, double cosine, double sine);
 
  private:
+  template <int kTo>
+  double innovation_of(const Measurement& m, ErrorVector& gain) const;
   template <int kTo>
   void subtract_outer(const double* gain, double inverse);
   void propagate_surroundings(const math::Mat3& r_world_base, const double (&f_dt)[3], double dt_s, const Noise& q);

@@ -57,6 +57,7 @@ void InertialFilter::predict(const math::Vec3& gyro_radps, const math::Vec3& acc
 
 std::uint32_t InertialFilter::update(std::span<const Measurement> measurements, double gate) {
   ErrorVector dx{}, gain;
+  const std::size_t states = p_.has_surroundings() ? kErrStates : kErrInertial;
   std::uint32_t used = 0;
   for (const Measurement& m : measurements) {
     const double s = p_.innovation(m, gain);
@@ -65,7 +66,7 @@ std::uint32_t InertialFilter::update(std::span<const Measurement> measurements, 
     if (!(s > 0) || !(r * r <= gate * s)) continue;  // also refuses what is not a number
     p_.correct(gain, s);
     const double k = r / s;
-    for (std::size_t i = 0; i < kErrStates; ++i) dx[i] += gain[i] * k;
+    for (std::size_t i = 0; i < states; ++i) dx[i] += gain[i] * k;
     ++used;
   }
   if (used) inject(dx);
