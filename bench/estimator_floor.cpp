@@ -65,6 +65,73 @@ class Block final : public EstimatorFloor {
   double x_[15] = {};
 };
 
+/// Error states as Block has them, then eight that only wait.
+class Outdoor final : public EstimatorFloor {
+ public:
+  Outdoor() {
+    for (int i = 0; i < 23; ++i) p_[i][i] = 1;
+  }
+  void step(const double (&z)[3]) override {
+    for (int i = 0; i < 50; ++i) {
+      predict();
+      if (i % 5 == 0)
+        for (int axis = 0; axis < 3; ++axis) {
+          const int index[7] = {6, 7, 8, 15, 16, 17, 18 + axis};
+          const double h[7] = {0.2, -0.4, 0.1, 0.5, 0.6, 0.7, 1};
+          row(index, h, 7, z[axis]);
+        }
+      if (i == 0)
+        for (int axis = 0; axis < 6; ++axis) {
+          const int index[4] = {axis, 6, 7, 9 + axis % 3};
+          const double h[4] = {1, 0.3, -0.2, 0.1};
+          row(index, h, 4, z[axis % 3]);
+        }
+    }
+    asm volatile("" : : "r"(this) : "memory");
+  }
+
+ private:
+  void add_row(int to, int from, double f) {
+    for (int j = 0; j < 24; ++j) p_[to][j] += f * p_[from][j];
+  }
+  void predict() {
+    const double tilt = kDt * kG;
+    for (int i = 0; i < 3; ++i) {
+      x_[i] += kDt * x_[3 + i];
+      x_[3 + i] += tilt * x_[6 + (i + 1) % 3] - kDt * x_[9 + i];
+    }
+    for (int i = 0; i < 3; ++i) x_[6 + i] -= kDt * x_[12 + i];
+    for (int i = 0; i < 3; ++i) add_row(i, 3 + i, kDt);
+    for (int i = 0; i < 3; ++i) {
+      add_row(3 + i, 6 + (i + 1) % 3, tilt);
+      add_row(3 + i, 9 + i, -kDt);
+    }
+    for (int i = 0; i < 3; ++i) add_row(6 + i, 12 + i, -kDt);
+    for (auto& row : p_) {
+      for (int i = 0; i < 3; ++i) row[i] += kDt * row[3 + i];
+      for (int i = 0; i < 3; ++i) row[3 + i] += tilt * row[6 + (i + 1) % 3] - kDt * row[9 + i];
+      for (int i = 0; i < 3; ++i) row[6 + i] -= kDt * row[12 + i];
+    }
+    for (int i = 0; i < 23; ++i) p_[i][i] += kQ;
+  }
+  void row(const int* index, const double* h, int terms, double z) {
+    alignas(64) double k[24] = {};
+    double s = kR, r = z;
+    for (int t = 0; t < terms; ++t) {
+      for (int j = 0; j < 23; ++j) k[j] += h[t] * p_[index[t]][j];
+      r -= h[t] * x_[index[t]];
+    }
+    for (int t = 0; t < terms; ++t) s += h[t] * k[index[t]];
+    for (int i = 0; i < 23; ++i) {
+      const double f = k[i] / s;
+      x_[i] += f * r;
+      for (int j = 0; j < 24; ++j) p_[i][j] -= f * k[j];
+    }
+  }
+  alignas(64) double p_[23][24] = {};
+  double x_[23] = {};
+};
+
 #if SINEW_HAS_EIGEN
 class Dense final : public EstimatorFloor {
  public:
@@ -104,6 +171,11 @@ class Dense final : public EstimatorFloor {
 EstimatorFloor* block_floor() {
   static Block block;
   return &block;
+}
+
+EstimatorFloor* outdoor_floor() {
+  static Outdoor outdoor;
+  return &outdoor;
 }
 
 EstimatorFloor* dense_eigen() {

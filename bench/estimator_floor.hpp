@@ -10,6 +10,9 @@ struct EstimatorFloor {
 };
 /// Row and column additions for the products with F, three scalar corrections; no attitude arithmetic.
 EstimatorFloor* block_floor();
+/// The same with 23 states (fields of earth and body, wind) and what a flight outdoors brings in 50 inertial samples:
+/// 10 times three rows of a magnetometer (7 errors each), once six rows of a fix (4 errors each). step() is all of it.
+EstimatorFloor* outdoor_floor();
 /// Dense products, as in a straightforward program. Null where Eigen is missing.
 EstimatorFloor* dense_eigen();
 

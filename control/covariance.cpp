@@ -10,7 +10,7 @@ struct Block {
   double a[3][3];
 };
 
-using Storage = double[kErrStates][16];
+using Storage = double[kErrStates][24];
 
 inline Block load(const Storage& p, int r, int c) {
   Block b;
@@ -74,7 +74,14 @@ using Lanes = double __attribute__((vector_size(16)));
 
 void Covariance::set_diagonal(const ErrorVector& variance) {
   std::memset(p_, 0, sizeof p_);
-  for (int i = 0; i < kErrStates; ++i) p_[i][i] = variance[static_cast<std::size_t>(i)];
+  for (int i = 0; i < kErrInertial; ++i) p_[i][i] = variance[static_cast<std::size_t>(i)];
+  states_ = kErrInertial;
+}
+
+void Covariance::open_surroundings(double earth_field, double body_field, double wind) {
+  states_ = kErrStates;
+  for (int i = kErrInertial; i < kErrStates; ++i)
+    reopen(i, i < kErrBodyField ? earth_field : i < kErrWind ? body_field : wind);
 }
 
 void Covariance::propagate(const math::Mat3& r_world_base, const math::Vec3& f_world_mps2, double dt_s,
@@ -83,6 +90,7 @@ void Covariance::propagate(const math::Mat3& r_world_base, const math::Vec3& f_w
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) a.a[i][j] = -(r_world_base(i, j) * dt_s);
   const double f[3] = {f_world_mps2.x * dt_s, f_world_mps2.y * dt_s, f_world_mps2.z * dt_s};
+  if (has_surroundings()) propagate_surroundings(r_world_base, f, dt_s, q);
 
   const Block pv = load(p_, kErrP, kErrV), pt = load(p_, kErrP, kErrTheta), pg = load(p_, kErrP, kErrGyroBias),
               pa = load(p_, kErrP, kErrAccelBias);
@@ -147,28 +155,75 @@ void Covariance::propagate(const math::Mat3& r_world_base, const math::Vec3& f_w
   }
 }
 
+/// The columns of the states that only wait: F from the left, nothing from the right. In the order position, velocity,
+/// attitude each block uses the old values of the ones behind it.
+void Covariance::propagate_surroundings(const math::Mat3& r, const double (&f)[3], double dt_s, const Noise& q) {
+  constexpr int kFirst = kErrInertial, kCount = kErrStates - kErrInertial;
+  double a[3][3];
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) a[i][j] = -(r(i, j) * dt_s);
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < kCount; ++j) p_[kErrP + i][kFirst + j] += dt_s * p_[kErrV + i][kFirst + j];
+  const double* t[3] = {&p_[kErrTheta][kFirst], &p_[kErrTheta + 1][kFirst], &p_[kErrTheta + 2][kFirst]};
+  for (int i = 0; i < 3; ++i) {
+    const int next = (i + 1) % 3, last = (i + 2) % 3;
+    double* v = &p_[kErrV + i][kFirst];
+    for (int j = 0; j < kCount; ++j) {
+      v[j] += f[last] * t[next][j] - f[next] * t[last][j] + a[i][0] * p_[kErrAccelBias][kFirst + j] +
+              a[i][1] * p_[kErrAccelBias + 1][kFirst + j] + a[i][2] * p_[kErrAccelBias + 2][kFirst + j];
+    }
+  }
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < kCount; ++j)
+      p_[kErrTheta + i][kFirst + j] += a[i][0] * p_[kErrGyroBias][kFirst + j] +
+                                       a[i][1] * p_[kErrGyroBias + 1][kFirst + j] +
+                                       a[i][2] * p_[kErrGyroBias + 2][kFirst + j];
+  for (int i = 0; i < 3; ++i) {
+    p_[kErrEarthField + i][kErrEarthField + i] += q.earth_field;
+    p_[kErrBodyField + i][kErrBodyField + i] += q.body_field;
+  }
+  for (int i = kErrWind; i < kErrStates; ++i) p_[i][i] += q.wind;
+}
+
 double Covariance::innovation(const Measurement& m, ErrorVector& gain) const {
-  gain.fill(0);
+  return has_surroundings() ? innovation_of<kErrStates>(m, gain) : innovation_of<kErrInertial>(m, gain);
+}
+
+template <int kTo>
+double Covariance::innovation_of(const Measurement& m, ErrorVector& gain) const {
+  double g[kTo] = {};
   for (std::uint32_t t = 0; t < m.terms; ++t) {
     const int k = m.index[t];
     const double c = m.coefficient[t];
-    for (int j = 0; j < k; ++j) gain[j] += c * p_[j][k];
-    for (int j = k; j < kErrStates; ++j) gain[j] += c * p_[k][j];
+    for (int j = 0; j < k; ++j) g[j] += c * p_[j][k];
+    for (int j = k; j < kTo; ++j) g[j] += c * p_[k][j];
   }
   double s = m.variance;
-  for (std::uint32_t t = 0; t < m.terms; ++t) s += m.coefficient[t] * gain[m.index[t]];
+  for (std::uint32_t t = 0; t < m.terms; ++t) s += m.coefficient[t] * g[m.index[t]];
+  std::memcpy(gain.data(), g, sizeof g);
   return s;
 }
 
 void Covariance::correct(const ErrorVector& gain, double s) {
-  alignas(16) double g[16];
-  std::memcpy(g, gain.data(), sizeof gain);
-  g[15] = 0;
-  const double inverse = 1.0 / s;
-  for (int i = 0; i < kErrStates; ++i) {
+  alignas(16) double g[kColumns];
+  if (has_surroundings()) {
+    std::memcpy(g, gain.data(), kErrStates * sizeof(double));
+    g[kErrStates] = 0;
+    subtract_outer<kErrStates + 1>(g, 1.0 / s);
+  } else {
+    std::memcpy(g, gain.data(), kErrInertial * sizeof(double));
+    g[kErrInertial] = 0;
+    subtract_outer<kErrInertial + 1>(g, 1.0 / s);
+  }
+}
+
+/// An odd number of states and one column more, which stays 0.
+template <int kTo>
+void Covariance::subtract_outer(const double* g, double inverse) {
+  for (int i = 0; i < kTo - 1; ++i) {
     const double k = g[i] * inverse;
     const Lanes kk = {k, k};
-    for (int j = i & ~1; j < 16; j += 2) {  // an even start may write one unused element below the diagonal
+    for (int j = i & ~1; j < kTo; j += 2) {  // an even start may write one unused element below the diagonal
       Lanes row, column;
       std::memcpy(&row, &p_[i][j], sizeof row);
       std::memcpy(&column, &g[j], sizeof column);
@@ -181,6 +236,21 @@ void Covariance::correct(const ErrorVector& gain, double s) {
 void Covariance::reopen(int i, double variance) {
   for (int j = 0; j < kErrStates; ++j) (j < i ? p_[j][i] : p_[i][j]) = 0;
   p_[i][i] = variance;
+}
+
+void Covariance::turn_pair(int i, double c, double s) {
+  for (int j = 0; j < kErrStates; ++j) {
+    if (j == i || j == i + 1) continue;
+    double& x = j < i ? p_[j][i] : p_[i][j];
+    double& y = j < i ? p_[j][i + 1] : p_[i + 1][j];
+    const double old = x;
+    x = c * old - s * y;
+    y = s * old + c * y;
+  }
+  const double xx = p_[i][i], xy = p_[i][i + 1], yy = p_[i + 1][i + 1];
+  p_[i][i] = c * c * xx - 2 * c * s * xy + s * s * yy;
+  p_[i][i + 1] = c * s * (xx - yy) + (c * c - s * s) * xy;
+  p_[i + 1][i + 1] = s * s * xx + 2 * c * s * xy + c * c * yy;
 }
 
 }  // namespace sinew::control

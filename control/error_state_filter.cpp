@@ -6,14 +6,23 @@ namespace sinew::control {
 
 void ErrorStateFilter::declare(rt::Declaration& d) {
   d.in("imu", imu_, {.depth = 32});  // a late start brings up to 20 at once
+  d.in("imu2", imu2_, {.depth = 32, .optional = true});
+  d.in("imu3", imu3_, {.depth = 32, .optional = true});
   d.in("range", range_, {.depth = 4, .optional = true});
   d.in("baro", baro_, {.depth = 4, .optional = true});
   d.in("pad", pad_, {.depth = 4, .optional = true});
+  d.in("gnss", gnss_, {.depth = 4, .optional = true});
+  d.in("mag", mag_, {.depth = 8, .optional = true});
+  d.in("motion", motion_, {.depth = 4, .optional = true});
   d.in("motors", motors_, {.optional = true, .previous = true});
   d.out("state", state_);
-  d.state(estimator_);
+  d.out("report", report_);
+  d.state(estimator_, others_, selector_);
+  d.param("imus", imus_, {.unit = "1", .min = 1, .max = 3, .doc = "IMUs that are bound: imu, imu2, imu3"});
   declare_sensors(d);
   declare_levelling(d);
+  declare_gnss(d);
+  declare_mag(d);
 }
 
 void ErrorStateFilter::declare_sensors(rt::Declaration& d) {
@@ -96,20 +105,142 @@ void ErrorStateFilter::declare_levelling(rt::Declaration& d) {
           {.unit = "s", .min = 0.01, .max = 60, .doc = "the height is valid for so long after a range or a pressure"});
 }
 
-rt::StepStatus ErrorStateFilter::step(const rt::Step&) noexcept {
+void ErrorStateFilter::declare_gnss(rt::Declaration& d) {
+  OutdoorParams& p = estimator_.params.outdoors;
+  const rt::ParamOptions imu{.unit = "m", .min = -5, .max = 5, .doc = "IMU in the base frame"};
+  d.param("imu_x_m", p.p_base_imu.x, imu);
+  d.param("imu_y_m", p.p_base_imu.y, imu);
+  d.param("imu_z_m", p.p_base_imu.z, imu);
+  const rt::ParamOptions antenna{.unit = "m", .min = -5, .max = 5, .doc = "GNSS antenna in the base frame"};
+  d.param("antenna_x_m", p.p_base_antenna.x, antenna);
+  d.param("antenna_y_m", p.p_base_antenna.y, antenna);
+  d.param("antenna_z_m", p.p_base_antenna.z, antenna);
+  d.param("gnss_delay_s", p.gnss_delay_s,
+          {.unit = "s", .min = 0, .max = 0.3, .doc = "how much older than its stamp a fix is"});
+  const rt::ParamOptions least{.unit = "m", .min = 0.005, .max = 50, .doc = "least one sigma, and where none is said"};
+  d.param("gnss_position_m", p.gnss_position_m, least);
+  d.param("gnss_height_m", p.gnss_height_m, least);
+  d.param("gnss_velocity_mps", p.gnss_velocity_mps,
+          {.unit = "m/s", .min = 0.005, .max = 10, .doc = "least one sigma, and where none is said"});
+  d.param("gnss_worst_m", p.gnss_worst_m,
+          {.unit = "m", .min = 0.05, .max = 1000, .doc = "one sigma; less sure fixes are not used"});
+  d.param("gnss_worst_mps", p.gnss_worst_mps,
+          {.unit = "m/s", .min = 0.05, .max = 100, .doc = "one sigma; less sure fixes are not used"});
+  d.param("gnss_lost_s", p.gnss_lost_s,
+          {.unit = "s",
+           .min = 0.5,
+           .max = 600,
+           .doc = "after so long without a fix that fits, the next is taken as it is"});
+  d.param(
+      "baro_gnss_time_s", p.baro_gnss_time_s,
+      {.unit = "s", .min = 1, .max = 10000, .doc = "time constant of the barometer's zero towards the GNSS height"});
+  d.param("bank_most_std_rad", p.bank_most_std_rad,
+          {.unit = "rad", .min = 0.01, .max = 1, .doc = "less sure, the bank's heading is never taken"});
+  d.param("bank_least_turn_rad", p.bank_least_turn_rad,
+          {.unit = "rad", .min = 0.05, .max = 3, .doc = "smaller differences are left to the filter"});
+  d.param("bank_after_s", p.bank_after_s,
+          {.unit = "s", .min = 0.1, .max = 60, .doc = "of refused GNSS velocities before the bank is asked"});
+  d.param("motion_noise_radps", p.motion_noise_radps,
+          {.unit = "rad/s", .min = 1e-3, .max = 10, .doc = "1 sigma of the ground's motion, with the share below"});
+  d.param("motion_noise_share", p.motion_noise_share, {.unit = "1", .min = 0, .max = 2, .doc = "of the motion"});
+  d.param("drag_per_s", p.drag_per_s,
+          {.unit = "1/s", .min = 0, .max = 5, .doc = "rotor drag: base x and y of the force for each m/s; 0: no wind"});
+  d.param("drag_noise_mps2", p.drag_noise_mps2, {.unit = "m/s^2", .min = 0.01, .max = 20, .doc = "1 sigma of that"});
+  d.param("wind_mps", p.wind_mps, {.unit = "m/s", .min = 0.1, .max = 50, .doc = "1 sigma of the wind at the start"});
+  d.param(
+      "ground_effect_height_m", p.ground_effect_height_m,
+      {.unit = "m", .min = 0, .max = 10, .doc = "below, with turning motors, a too low barometer counts less; 0: off"});
+  d.param("ground_effect_m", p.ground_effect_m, {.unit = "m", .min = 0, .max = 20, .doc = "by so much"});
+}
+
+void ErrorStateFilter::declare_mag(rt::Declaration& d) {
+  OutdoorParams& p = estimator_.params.outdoors;
+  const rt::ParamOptions hard{.unit = "T", .min = -1e-3, .max = 1e-3, .doc = "hard iron: subtracted from a reading"};
+  d.param("mag_hard_x_t", p.mag_hard_t.x, hard);
+  d.param("mag_hard_y_t", p.mag_hard_t.y, hard);
+  d.param("mag_hard_z_t", p.mag_hard_t.z, hard);
+  const char* const names[3][3] = {{"mag_soft_xx", "mag_soft_xy", "mag_soft_xz"},
+                                   {"mag_soft_yx", "mag_soft_yy", "mag_soft_yz"},
+                                   {"mag_soft_zx", "mag_soft_zy", "mag_soft_zz"}};
+  for (int r = 0; r < 3; ++r)
+    for (int c = 0; c < 3; ++c)
+      d.param(names[r][c], p.mag_soft(r, c),
+              {.unit = "1", .min = -3, .max = 3, .doc = "soft iron: field = soft (reading - hard)"});
+  d.param("mag_noise_t", p.mag_noise_t, {.unit = "T", .min = 1e-8, .max = 1e-4, .doc = "1 sigma of an axis"});
+  d.param("mag_body_field_t", p.mag_body_field_t,
+          {.unit = "T", .min = 1e-8, .max = 1e-4, .doc = "1 sigma of the iron that the calibration left"});
+  d.param("mag_earth_field_t", p.mag_earth_field_t,
+          {.unit = "T", .min = 1e-8, .max = 1e-5, .doc = "1 sigma of the earth's field at the start"});
+  d.param("mag_delay_s", p.mag_delay_s, {.unit = "s", .min = 0, .max = 0.3, .doc = "how much older than its stamp"});
+  d.param(
+      "mag_wait_s", p.mag_wait_s,
+      {.unit = "s", .min = 0, .max = 600, .doc = "first heading: so long it waits for a place, for the declination"});
+  d.param("mag_heading_only", p.mag_heading_only,
+          {.unit = "1", .min = 0, .max = 1, .doc = "1: a horizontal direction; no field of the body is estimated"});
+  d.param("declination_rad", p.declination_rad,
+          {.unit = "rad", .min = -3.2, .max = 3.2, .doc = "where no place is known; positive to the east"});
+  d.param("date_year", p.date_year,
+          {.unit = "1", .min = 2000, .max = 2100, .doc = "decimal year, for the World Magnetic Model (2025 to 2030)"});
+}
+
+hal::Status ErrorStateFilter::configure(rt::Setup&) {
+  others_.resize(static_cast<std::size_t>(imus_ - 1));
+  return {};
+}
+
+void ErrorStateFilter::reset() {
+  estimator_.reset();
+  for (NavEstimator& other : others_) other.reset();
+  selector_.reset();
+}
+
+/// False when there are samples and none of them can be used.
+bool ErrorStateFilter::add_messages(NavEstimator& nav, const rt::InQueue<msg::ImuSample>& imu) noexcept {
   const msg::ActuatorCommand* motors = motors_.get();
-  estimator_.set_motors_stopped(!motors || !motors->armed);
+  nav.set_motors_stopped(!motors || !motors->armed);
   bool good = false;
-  for (const msg::ImuSample& s : imu_) good = estimator_.add_imu(s) || good;
-  for (const msg::RangeSample& s : range_) estimator_.add_range(s);
-  for (const msg::BaroSample& s : baro_) estimator_.add_baro(s);
-  for (const msg::PadSighting& s : pad_) estimator_.add_pad(s);
-  if (imu_.empty()) return rt::StepStatus::stale;
-  if (!good) return rt::StepStatus::fault;  // no sample of this step could be used
-  if (!estimator_.started()) return rt::StepStatus::stale;
-  const msg::NavState n = estimator_.output();
+  for (const msg::ImuSample& s : imu) good = nav.add_imu(s) || good;
+  for (const msg::RangeSample& s : range_) nav.add_range(s);
+  for (const msg::BaroSample& s : baro_) nav.add_baro(s);
+  for (const msg::PadSighting& s : pad_) nav.add_pad(s);
+  for (const msg::GnssSample& s : gnss_) nav.add_gnss(s);
+  for (const msg::MagSample& s : mag_) nav.add_mag(s);
+  for (const msg::GroundMotion& s : motion_) nav.add_motion(s);
+  return good;
+}
+
+NavEstimator& ErrorStateFilter::choose_imu(const rt::Step& step) noexcept {
+  const rt::InQueue<msg::ImuSample>* const queues[] = {&imu_, &imu2_, &imu3_};
+  const auto count = static_cast<std::uint32_t>(others_.size() + 1);
+  const auto lane = [&](std::uint32_t i) -> NavEstimator& { return i == 0 ? estimator_ : others_[i - 1]; };
+  for (std::uint32_t i = 0; i < count; ++i) {
+    NavEstimator& nav = lane(i);
+    if (i > 0) {
+      nav.params = estimator_.params;
+      if (add_messages(nav, *queues[i]) && nav.started())
+        selector_.add_sample(i, step.now, math::Vec3(queues[i]->back().gyro_radps),
+                             math::Vec3(queues[i]->back().accel_mps2));
+    } else if (!imu_.empty() && nav.started()) {
+      selector_.add_sample(0, step.now, math::Vec3(imu_.back().gyro_radps), math::Vec3(imu_.back().accel_mps2));
+    }
+    selector_.add_fit(i, nav.fit(), msg::seconds(step.dt));
+  }
+  const std::uint32_t before = selector_.chosen();
+  NavEstimator& chosen = lane(selector_.choose(count, step.now));
+  if (selector_.chosen() != before) chosen.announce_imu(selector_.chosen(), lane(before));
+  return chosen;
+}
+
+rt::StepStatus ErrorStateFilter::step(const rt::Step& step) noexcept {
+  const bool good = add_messages(estimator_, imu_);
+  NavEstimator& nav = others_.empty() ? estimator_ : choose_imu(step);
+  if (imu_.empty() && (others_.empty() || &nav == &estimator_)) return rt::StepStatus::stale;
+  if (!good && &nav == &estimator_) return rt::StepStatus::fault;  // no sample of this step could be used
+  if (!nav.started()) return rt::StepStatus::stale;
+  const msg::NavState n = nav.output();
   if (!plausible(n)) return rt::StepStatus::fault;
   state_.loan() = n;
+  if (msg::NavReport report; nav.take_report(report)) report_.loan() = report;
   return rt::StepStatus::ok;
 }
 

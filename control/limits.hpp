@@ -4,6 +4,7 @@
 
 namespace sinew::control {
 
+constexpr double square(double x) { return x * x; }
 constexpr double clamp(double x, double low, double high) { return x < low ? low : x > high ? high : x; }
 
 /// The horizontal part of `v`, shortened to at most `limit`; z as it is.

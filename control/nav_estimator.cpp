@@ -1,5 +1,6 @@
 #include "control/nav_estimator.hpp"
 
+#include "control/limits.hpp"
 #include "control/plausible.hpp"
 
 namespace sinew::control {
@@ -13,9 +14,6 @@ constexpr double kLostVelocity = 4;                // (m/s)^2: for a height that
 constexpr double kSameGround_m = 0.3;              // ranges that differ by more do not show one new ground
 constexpr double kStuck_s = 0.25;                  // no sensor repeats one value for so long in flight
 constexpr double kVagueVelocity = 1.0;             // (m/s)^2: an aided vehicle that knows less uses the weak prior, too
-constexpr double kNoGate = 1e18;
-
-double square(double x) { return x * x; }
 
 }  // namespace
 
@@ -50,6 +48,7 @@ bool NavEstimator::add_imu(const msg::ImuSample& s) {
     pad_known_ = false;
     pad_sightings_ = 0;
     history_.clear();
+    if (out_.active != 0) restart_outdoors();
   }
   if (!started_) {
     level_span_s_ += level_count_ > 0 ? dt_s : 0;
@@ -61,7 +60,8 @@ bool NavEstimator::add_imu(const msg::ImuSample& s) {
   const Covariance& p = filter_.covariance();
   const double v_variance = p.variance(kErrV) + p.variance(kErrV + 1);
   if (!height_aided_ || v_variance > kVagueVelocity) use_prior(dt_s);
-  history_.add({s.stamp, filter_.state().p_world_m, filter_.state().q_world_base});
+  if (out_.active != 0) add_imu_outdoors(gyro, accel, dt_s);
+  history_.add({s.stamp, filter_.state().p_world_m, filter_.state().q_world_base, filter_.state().v_world_mps});
   return true;
 }
 
@@ -82,6 +82,7 @@ void NavEstimator::level(const math::Vec3& accel_mps2, msg::Time stamp) {
     x.accel_bias_mps2 = filter_.state().accel_bias_mps2;
   }
   filter_.start(x, params.spread);
+  if (out_.active != 0) go_outdoors();
   history_.clear();
   history_.add({stamp, x.p_world_m, x.q_world_base});
   rest_.reset();
@@ -154,12 +155,12 @@ void NavEstimator::add_range(const msg::RangeSample& s) {
   if (!started_ || !(s.range_m > params.range_min_m) || !(s.range_m < params.range_max_m) || is_stuck(s)) return;
   const math::Vec3 up = filter_.state().q_world_base.conjugate().rotate({0, 0, 1});
   if (up.z < 0.7) return;  // looks at a wall
-  const double height_m = (s.range_m + params.range_below_base_m) * up.z;
+  const double height_m = (s.range_m + (params.range_below_base_m + params.outdoors.p_base_imu.z)) * up.z;
   const double variance = square(params.range_noise_m + params.range_noise_share * s.range_m);
   if (!height_aided_) {
     filter_.reset_position(2, height_m, variance);
     history_.clear();
-    history_.add({last_imu_, filter_.state().p_world_m, filter_.state().q_world_base});
+    history_.add({last_imu_, filter_.state().p_world_m, filter_.state().q_world_base, filter_.state().v_world_mps});
     ground_z_m_ = 0;
     height_aided_ = true;
     last_range_ = s.stamp;
@@ -174,7 +175,10 @@ void NavEstimator::add_range(const msg::RangeSample& s) {
   if (counters_.gated_range == before) {
     range_refused_in_row_ = 0;
     last_range_ = s.stamp;
+    ++state_of(msg::NavSource::range).fused;
+    state_of(msg::NavSource::range).last_fused = s.stamp;
   } else {
+    reject(msg::NavSource::range);
     refuse_range(s.stamp, height_m);
   }
 }
@@ -202,6 +206,7 @@ void NavEstimator::refuse_range(msg::Time stamp, double height_m) {
   filter_.reopen_velocity(2, kLostVelocity);
   history_.shift({0, 0, ground_z_m_ + height_m - z_m});
   ++counters_.reopened_height;
+  announce(msg::NavResetCause::measured_anew, 0, {0, 0, ground_z_m_ + height_m - z_m}, {});
 }
 
 /// On the ground a constant value is normal.
@@ -228,10 +233,11 @@ bool NavEstimator::is_stuck(const msg::PadSighting& s) {
 }
 
 void NavEstimator::add_baro(const msg::BaroSample& s) {
-  if (!started_ || !height_aided_ || !(s.pressure_pa > 1000) || !(s.pressure_pa < 200000) ||
+  if (!started_ || (!height_aided_ && out_.active == 0) || !(s.pressure_pa > 1000) || !(s.pressure_pa < 200000) ||
       !(math::fabs(s.temperature_c) < 150)) {
     return;
   }
+  height_aided_ = true;  // outdoors the barometer may be the first: the start is at height 0
   // Height in an atmosphere of one temperature; the offset takes the weather.
   const double kelvin = 273.15 + s.temperature_c;
   const double height_m = 29.2718 * kelvin * math::log(101325.0 / s.pressure_pa);
@@ -249,7 +255,16 @@ void NavEstimator::add_baro(const msg::BaroSample& s) {
     row[0].add(kErrP + 2, 1);
     row[0].residual = height_m - baro_offset_m_ - z_m;
     row[0].variance = square(params.baro_noise_m);
+    // Near the ground the rotors raise the pressure: the barometer reads too low, never too high.
+    const OutdoorParams& o = params.outdoors;
+    const bool in_ground_effect = o.ground_effect_height_m > 0 && z_m - ground_z_m_ < o.ground_effect_height_m;
+    if (in_ground_effect && !motors_stopped_ && row[0].residual < 0)
+      row[0].residual = row[0].residual < -o.ground_effect_m ? row[0].residual + o.ground_effect_m : 0;
+    const std::uint32_t before = counters_.gated_baro;
     correct(row, &counters_.gated_baro, params.gate);
+    if (counters_.gated_baro != before) return reject(msg::NavSource::baro);
+    ++state_of(msg::NavSource::baro).fused;
+    state_of(msg::NavSource::baro).last_fused = s.stamp;
   }
 }
 
@@ -265,7 +280,7 @@ void NavEstimator::add_pad(const msg::PadSighting& s) {
     ++counters_.late_pad;
     return;
   }
-  const math::Vec3 arm = then->q_world_base.rotate(params.p_base_camera);
+  const math::Vec3 arm = then->q_world_base.rotate(params.p_base_camera - params.outdoors.p_base_imu);
   const math::Vec3 beam = then->q_world_base.rotate(params.q_base_optical.rotate(direction));
   if (beam.z > -0.5) return;  // too flat for a distance from the height
   if (!ground_seen()) {
@@ -296,6 +311,8 @@ void NavEstimator::add_pad(const msg::PadSighting& s) {
   const std::uint32_t before = counters_.gated_pad;
   correct(rows, &counters_.gated_pad, params.gate);
   if (counters_.gated_pad == before) {
+    ++state_of(msg::NavSource::pad).fused;
+    state_of(msg::NavSource::pad).last_fused = s.stamp;
     pad_stamp_ = s.stamp;
     pad_refused_in_row_ = 0;
   } else if (++pad_refused_in_row_ >= kRefusedToReopen) {
@@ -306,6 +323,7 @@ void NavEstimator::add_pad(const msg::PadSighting& s) {
     history_.shift({rows[0].residual, rows[1].residual, 0});
     pad_refused_in_row_ = 0;
     ++counters_.reopened_position;
+    announce(msg::NavResetCause::measured_anew, 0, {rows[0].residual, rows[1].residual, 0}, {});
   }
 }
 
@@ -337,10 +355,14 @@ void NavEstimator::anchor_pad(const math::Vec3& seen) {
 }
 
 void NavEstimator::correct(std::span<const Measurement> rows, std::uint32_t* refused, double gate) {
-  const math::Vec3 before = filter_.state().p_world_m;
+  const InertialState before = filter_.state();
   const std::uint32_t used = filter_.update(rows, gate);
   if (refused && used < rows.size()) ++*refused;
-  if (used) history_.shift(filter_.state().p_world_m - before);
+  if (!used) return;
+  const InertialState& x = filter_.state();
+  if (out_.active == 0) return history_.shift(x.p_world_m - before.p_world_m);
+  history_.correct(last_imu_, x.p_world_m - before.p_world_m, x.v_world_mps - before.v_world_mps,
+                   (x.q_world_base * before.q_world_base.conjugate()).log());
 }
 
 msg::NavState NavEstimator::output() const {
@@ -352,19 +374,26 @@ msg::NavState NavEstimator::output() const {
   n.v_world_mps = x.v_world_mps.to<msg::Vec3>();
   n.p_world_m = x.p_world_m.to<msg::Vec3>();
   n.gyro_radps = (gyro_radps_ - x.gyro_bias_radps).to<msg::Vec3>();
+  if (const math::Vec3& imu = params.outdoors.p_base_imu; !(imu == math::Vec3{})) {
+    n.p_world_m = (x.p_world_m - x.q_world_base.rotate(imu)).to<msg::Vec3>();
+    n.v_world_mps =
+        (x.v_world_mps - x.q_world_base.rotate(cross(gyro_radps_ - x.gyro_bias_radps, imu))).to<msg::Vec3>();
+  }
   n.gyro_bias_radps = x.gyro_bias_radps.to<msg::Vec3>();
   n.accel_bias_mps2 = x.accel_bias_mps2.to<msg::Vec3>();
   n.pad_world_m = pad_world_m_.to<msg::Vec3>();
   n.pad_stamp = pad_stamp_;
-  n.height_m = x.p_world_m.z - ground_z_m_;
+  n.height_m = n.p_world_m.z - ground_z_m_;
   n.tilt_std_rad = math::sqrt(p.variance(kErrTheta) + p.variance(kErrTheta + 1));
   n.p_std_m = math::sqrt(p.variance(kErrP) + p.variance(kErrP + 1));
   n.v_std_mps = math::sqrt(p.variance(kErrV) + p.variance(kErrV + 1) + p.variance(kErrV + 2));
   n.attitude_valid = started_ && n.tilt_std_rad < params.valid_tilt_rad;
   const bool height_fresh = msg::seconds(last_imu_ - last_range_) < params.valid_height_age_s ||
-                            (baro_known_ != 0 && msg::seconds(last_imu_ - last_baro_) < params.valid_height_age_s);
+                            (baro_known_ != 0 && msg::seconds(last_imu_ - last_baro_) < params.valid_height_age_s) ||
+                            (out_.frame.known() && !lost(msg::NavSource::gnss_height, params.valid_height_age_s));
   n.height_valid = n.attitude_valid && height_aided_ && height_fresh;
-  n.position_valid = n.height_valid && n.v_std_mps < params.valid_v_mps && n.p_std_m < params.valid_p_m;
+  n.position_valid = n.height_valid && n.v_std_mps < params.valid_v_mps && n.p_std_m < params.valid_p_m &&
+                     (out_.active == 0 || out_.heading_valid != 0);
   n.pad_known = pad_known_;
   n.ground_seen = ground_seen();
   n.at_rest = rest_.at_rest() && motors_stopped_;

@@ -1,8 +1,10 @@
 #pragma once
 #include "control/inertial_filter.hpp"
+#include "control/outdoors.hpp"
 #include "control/pose_history.hpp"
 #include "control/rest_detector.hpp"
 #include "msg/flight.hpp"
+#include "msg/ground_motion.hpp"
 #include "msg/sensors.hpp"
 
 namespace sinew::control {
@@ -29,14 +31,26 @@ struct NavParams {
   math::Quat q_base_optical{0, 0.70710678118654752, -0.70710678118654752, 0};  // looks down, top of image forward
   double valid_tilt_rad = 0.09, valid_v_mps = 0.6, valid_p_m = 3.0, valid_height_age_s = 1.0;
   double range_lost_s = 0.3;  // after so long without a range that fits, barometer and pad size give the height
+  OutdoorParams outdoors;
 };
 
 /// Attitude, velocity, position and biases from whatever sensors there are: inertial samples alone give the attitude;
 /// range finder or barometer add height, sightings of the landing pad the horizontal position. Without a range finder
 /// that fits, the size of the pad is the height above it: the barometer alone is off by half a metre within a minute.
-/// Frames:  world z up; origin on the ground below the start, x as the vehicle looked then. The pad does not move.
+/// Outdoors, from the first GNSS or magnetometer sample on, GNSS, magnetometer and the earth's field, optical motion
+/// and the drag of the air come on top, and the fields of earth and body and the wind become states. Any of them can
+/// come, go and return. Frames:  world z up; origin on the ground below the start, x as the vehicle looked then. The
+/// pad does not move.
+///          Outdoors x turns to the east as soon as a heading is known (NavReport: heading_valid).
 /// A late sighting is compared with the pose of its own instant. The correction is applied to the present pose through
-/// its velocity (p(then) = p - v * delay); the turn of the attitude error in between is neglected.
+/// its velocity (p(then) = p - v * delay); the turn of the attitude error in between is neglected. For a late GNSS fix
+/// it is not: dv(then) = dv + D x dtheta with D what the accelerometer added since then. Heading: the magnetometer
+/// gives the first one, or the bank of filters on GNSS velocity once the vehicle has moved.
+///          Later the magnetometer is one gated measurement among others: a turned field is refused as long as the
+///          heading is surer than the turn. Where GNSS velocities are refused for a second and the bank is sure of
+///          another heading, the bank's is taken, and the magnetometer is not used until it has agreed for five
+///          seconds.
+/// Jumps:   each one is announced with its size (take_report()).
 /// Thread:  owner.   RT: yes.
 class NavEstimator {
  public:
@@ -62,6 +76,25 @@ class NavEstimator {
   void add_range(const msg::RangeSample& s);
   void add_baro(const msg::BaroSample& s);
   void add_pad(const msg::PadSighting& s);
+  /// Fixes of fewer than three dimensions, and less sure ones than gnss_worst_..., count as rejected.
+  void add_gnss(const msg::GnssSample& s);
+  void add_mag(const msg::MagSample& s);
+  /// Velocity over ground divided by the height: needs a height.
+  void add_motion(const msg::GroundMotion& s);
+  /// True when a report is due: something jumped, or a tenth of a second has gone by outdoors. Call it after the
+  /// messages of a step.
+  bool take_report(msg::NavReport& report);
+  /// How well the forecasts fit the outdoor sources: mean of their newest test ratios; 0 while there are none.
+  double fit() const;
+  /// From now on this estimate is published in place of the other's: announces the difference.
+  void announce_imu(std::uint32_t imu, const NavEstimator& before);
+  /// What the last report said, and how sure the heading is: also between reports.
+  const msg::NavReport& report() const { return out_.report; }
+  double heading_std_rad() const;
+  /// The estimate as it was (0.3 s at most), corrected by what is known now.
+  std::optional<PoseHistory::Pose> pose_at(msg::Time t) const { return history_.at(t); }
+  /// Where on the earth the world's origin is, once a fix came.
+  const LocalFrame& frame() const { return out_.frame; }
   /// True: the motors are known to stand. Only then does rest mean zero velocity of an aided vehicle.
   void set_motors_stopped(bool stopped) { motors_stopped_ = stopped; }
 
@@ -83,8 +116,28 @@ class NavEstimator {
   void refuse_range(msg::Time stamp, double height_m);
   void correct(std::span<const Measurement> rows, std::uint32_t* refused, double gate);
   Measurement gravity_row(int axis, const math::Vec3& f_world_mps2, double sigma) const;
+  // nav_estimator_outdoors.cpp
+  void go_outdoors();
+  void restart_outdoors();
+  void add_imu_outdoors(const math::Vec3& gyro_radps, const math::Vec3& accel_mps2, double dt_s);
+  bool fuse(msg::NavSource source, std::span<const Measurement> rows);
+  void reject(msg::NavSource source) { ++state_of(source).rejected; }
+  msg::NavSourceState& state_of(msg::NavSource s) { return out_.report.source[static_cast<std::size_t>(s)]; }
+  bool lost(msg::NavSource s, double after_s) const;
+  void announce(msg::NavResetCause cause, double yaw_rad, const math::Vec3& dp, const math::Vec3& dv);
+  void note_step(const InertialState& before, msg::NavSource source);
+  void align_heading(double turn_rad, double sigma_rad, msg::NavResetCause cause);
+  void first_heading_by_mag();
+  bool mag_unusable() const;
+  void use_fix(const msg::GnssSample& s, msg::Time stamp);
+  void use_fix_height(const msg::GnssSample& s, const math::Vec3& p_world_m, const PoseHistory::Pose& then);
+  bool take_bank_heading(const math::Vec3& v_mps, const math::Vec3& p_m, double v_sigma, double p_sigma);
+  void restart_horizontal(const math::Vec3& p_m, double p_sigma, const math::Vec3& v_mps, double v_sigma);
+  void use_drag();
+  Measurement velocity_row(int axis, const PoseHistory::Pose& then, const math::Vec3& arm_rate) const;
+  Measurement position_row(int axis, const PoseHistory::Pose& then, const math::Vec3& arm) const;
+  std::array<Measurement, 3> field_rows(const math::Vec3& field_t, const math::Quat& q) const;
 
-  [[maybe_unused]] double fill_ = 0;  // the filter is aligned to 16: no padding in a state
   InertialFilter filter_;
   PoseHistory history_;
   RestDetector rest_;
@@ -106,7 +159,7 @@ class NavEstimator {
   msg::Time range_changed_;
   msg::Vec3 last_pad_direction_;
   msg::Time pad_changed_;
-  [[maybe_unused]] double end_fill_ = 0;  // likewise
+  OutdoorState out_;
 };
 
 }  // namespace sinew::control

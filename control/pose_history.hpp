@@ -7,7 +7,7 @@
 
 namespace sinew::control {
 
-/// Past poses: a late measurement is compared with the estimate of its own instant.
+/// Past poses and velocities: a late measurement is compared with the estimate of its own instant.
 /// Shape:   ring of 64 poses at least 5 ms apart, so a third of a second at 200 Hz or more.
 /// Thread:  owner.   RT: yes.
 class PoseHistory {
@@ -16,6 +16,7 @@ class PoseHistory {
     msg::Time stamp;
     math::Vec3 p_world_m;
     math::Quat q_world_base;
+    math::Vec3 v_world_mps{};
   };
 
   void clear() { count_ = 0; }
@@ -32,6 +33,27 @@ class PoseHistory {
   void shift(const math::Vec3& dp_world_m) {
     for (std::size_t i = 0; i < count_; ++i) ring_[(first_ + i) % kPoses].p_world_m += dp_world_m;
   }
+  /// Moves all poses along with a correction of the present one, each by what the correction means for its own instant
+  /// (`now`: of the present pose): the velocity's correction changed the position since then, too.
+  void correct(msg::Time now, const math::Vec3& dp_world_m, const math::Vec3& dv_world_mps, const math::Vec3& turn) {
+    const math::Quat q = math::Quat::exp(turn);
+    for (std::size_t i = 0; i < count_; ++i) {
+      Pose& pose = ring_[(first_ + i) % kPoses];
+      pose.p_world_m += dp_world_m - dv_world_mps * msg::seconds(now - pose.stamp);
+      pose.v_world_mps += dv_world_mps;
+      pose.q_world_base = q * pose.q_world_base;
+    }
+  }
+  /// Turns the world under all of them about the vertical through the origin.
+  void turn_world(double angle_rad) {
+    const math::Quat turn = math::Quat::from_axis_angle({0, 0, 1}, angle_rad);
+    for (std::size_t i = 0; i < count_; ++i) {
+      Pose& pose = ring_[(first_ + i) % kPoses];
+      pose.p_world_m = turn.rotate(pose.p_world_m);
+      pose.v_world_mps = turn.rotate(pose.v_world_mps);
+      pose.q_world_base = turn * pose.q_world_base;
+    }
+  }
   /// Linear between two poses; after the newest pose, the newest pose; before the oldest, nothing.
   std::optional<Pose> at(msg::Time t) const {
     if (!count_ || t < entry(0).stamp) return std::nullopt;
@@ -43,7 +65,8 @@ class PoseHistory {
       const double s = static_cast<double>((t - a.stamp).count()) / static_cast<double>((b.stamp - a.stamp).count());
       const math::Vec3 turn = (a.q_world_base.conjugate() * b.q_world_base).log();
       return Pose{t, a.p_world_m + (b.p_world_m - a.p_world_m) * s,
-                  (a.q_world_base * math::Quat::exp(turn * s)).normalized()};
+                  (a.q_world_base * math::Quat::exp(turn * s)).normalized(),
+                  a.v_world_mps + (b.v_world_mps - a.v_world_mps) * s};
     }
     return std::nullopt;
   }

@@ -19,6 +19,7 @@
 #include "msg/joints.hpp"
 #include "msg/kick.hpp"
 #include "msg/motion.hpp"
+#include "msg/navigation.hpp"
 #include "msg/operator.hpp"
 #include "msg/pilot.hpp"
 #include "msg/place.hpp"
@@ -49,8 +50,8 @@ using Known =
     Types<ActuatorCommand, AltitudeState, AttitudeSetpoint, BallModel, BallSighting, BaroSample, BatterySample,
           BehaviourPlan, BehaviourState, CameraModel, CameraPose, CanFrame, Datagram, FieldPose, FlightSetpoint,
           GaitState, GazeCommand, GazeState, GnssSample, GroundMotion, GuardianState, HeadState, Image, ImuSample,
-          JointState, JointTrajectory, KickRequest, MagSample, MateState, MissionState, MotionField, NavState,
-          ObstacleModel, OperatorLink, PadSighting, PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors,
+          JointState, JointTrajectory, KickRequest, MagSample, MateState, MissionState, MotionField, NavReport,
+          NavState, ObstacleModel, OperatorLink, PadSighting, PilotSwitches, PlaceEstimate, PolicyState, PolicyVectors,
           RangeSample, RcSample, RefereeState, SafetyState, SoccerReport, SoccerSight, SolePressure, TeamModel,
           TeamPose, TeamState, TextValues, VelocityCommand, WrenchSetpoint>;
 

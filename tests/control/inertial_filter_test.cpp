@@ -63,8 +63,8 @@ Difference compare(const InertialFilter& f, const DenseFilter& d) {
   const math::Quat& q = f.state().q_world_base;
   const Eigen::Quaterniond mine(q.w, q.x, q.y, q.z);
   worst.state = std::max(worst.state, 2 * (mine.coeffs() - d.q.coeffs()).cwiseAbs().maxCoeff());
-  for (int i = 0; i < kErrStates; ++i)
-    for (int j = 0; j < kErrStates; ++j)
+  for (int i = 0; i < kErrInertial; ++i)
+    for (int j = 0; j < kErrInertial; ++j)
       worst.covariance = std::max(worst.covariance, std::abs(f.covariance()(i, j) - d.covariance(i, j)));
   return worst;
 }
@@ -116,8 +116,8 @@ TEST(InertialFilter, CovarianceStaysPositiveDefiniteForAnHour) {
     if (i % 10 == 0) f.update(rows_at(f, random_numbers), 16);
     if (i % 20000 != 0) continue;
     DenseFilter::Matrix p;
-    for (int r = 0; r < kErrStates; ++r)
-      for (int c = 0; c < kErrStates; ++c) p(r, c) = f.covariance()(r, c);
+    for (int r = 0; r < kErrInertial; ++r)
+      for (int c = 0; c < kErrInertial; ++c) p(r, c) = f.covariance()(r, c);
     const Eigen::SelfAdjointEigenSolver<DenseFilter::Matrix> eigen(p);
     ASSERT_GT(eigen.eigenvalues()(0), 0) << "after " << i / 200 << " s";
     ASSERT_NEAR(
@@ -157,7 +157,77 @@ TEST(InertialFilter, ReopenedPositionForgetsItsCorrelations) {
   ASSERT_NE(f.covariance()(kErrP, kErrV), 0);
   f.reset_position(0, 7.5, 0.25);
   EXPECT_EQ(f.state().p_world_m.x, 7.5);
-  for (int j = 0; j < kErrStates; ++j) EXPECT_EQ(f.covariance()(kErrP, j), j == kErrP ? 0.25 : 0.0);
+  for (int j = 0; j < kErrInertial; ++j) EXPECT_EQ(f.covariance()(kErrP, j), j == kErrP ? 0.25 : 0.0);
+}
+
+TEST(Covariance, With23StatesItIsWhatADenseMatrixIs) {
+  using Matrix = Eigen::Matrix<double, kErrStates, kErrStates>;
+  using Vector = Eigen::Matrix<double, kErrStates, 1>;
+  math::Random random_number(7);
+  Covariance p;
+  ErrorVector start{};
+  Matrix dense = Matrix::Zero();
+  for (int i = 0; i < kErrStates; ++i) {
+    const double variance = i < kErrInertial ? 0.1 + 0.05 * i : i < kErrBodyField ? 0.2 : i < kErrWind ? 0.3 : 4.0;
+    start[std::size_t(i)] = variance;
+    dense(i, i) = variance;
+  }
+  p.set_diagonal(start);
+  p.open_surroundings(0.2, 0.3, 4.0);
+  for (int step = 0; step < 300; ++step) {
+    const math::Mat3 r = math::Quat::exp(random(random_number, 0.8)).matrix();
+    const Vec3 f = Vec3{0, 0, 9.8} + random(random_number, 2);
+    const double dt = 0.01;
+    p.propagate(r, f, dt, {1e-4, 1e-6, 1e-8, 1e-7, 1e-9, 2e-9, 1e-3});
+    Matrix transition = Matrix::Identity();
+    Eigen::Matrix3d turn;
+    for (int i = 0; i < 3; ++i)
+      for (int j = 0; j < 3; ++j) turn(i, j) = r(i, j);
+    transition.block<3, 3>(kErrP, kErrV) = dt * Eigen::Matrix3d::Identity();
+    transition.block<3, 3>(kErrV, kErrTheta) = -dt * DenseFilter::skew(DenseFilter::of(f));
+    transition.block<3, 3>(kErrV, kErrAccelBias) = -dt * turn;
+    transition.block<3, 3>(kErrTheta, kErrGyroBias) = -dt * turn;
+    Vector noise = Vector::Zero();
+    noise.segment<3>(kErrV).setConstant(1e-4);
+    noise.segment<3>(kErrTheta).setConstant(1e-6);
+    noise.segment<3>(kErrGyroBias).setConstant(1e-8);
+    noise.segment<3>(kErrAccelBias).setConstant(1e-7);
+    noise.segment<3>(kErrEarthField).setConstant(1e-9);
+    noise.segment<3>(kErrBodyField).setConstant(2e-9);
+    noise.segment<2>(kErrWind).setConstant(1e-3);
+    dense = transition * dense * transition.transpose();
+    dense.diagonal() += noise;
+
+    Measurement m;  // a magnetometer axis, and on every third step the wind
+    Vector h = Vector::Zero();
+    const int first = step % 3 == 0 ? kErrWind : kErrEarthField, count = step % 3 == 0 ? 2 : 4;
+    for (int k = 0; k < 3; ++k) h(kErrTheta + k) = random_number.normal();
+    for (int k = 0; k < count; ++k) h(first + k) = random_number.normal();
+    for (int k = 0; k < kErrStates; ++k)
+      if (h(k) != 0) m.add(k, h(k));
+    m.variance = 0.5;
+    ErrorVector gain;
+    const double s = p.innovation(m, gain);
+    p.correct(gain, s);
+    const Vector wanted = dense * h;
+    const double wanted_s = h.dot(wanted) + 0.5;
+    EXPECT_NEAR(s, wanted_s, 1e-9 * wanted_s);
+    dense -= wanted * wanted.transpose() / wanted_s;
+
+    if (step % 50 == 49) {  // the world turns
+      for (const int i : {kErrP, kErrV, kErrTheta, kErrEarthField, kErrWind})
+        p.turn_pair(i, math::cos(0.7), math::sin(0.7));
+      Matrix world = Matrix::Identity();
+      for (const int i : {kErrP, kErrV, kErrTheta, kErrEarthField, kErrWind}) {
+        world(i, i) = world(i + 1, i + 1) = math::cos(0.7);
+        world(i, i + 1) = -math::sin(0.7);
+        world(i + 1, i) = math::sin(0.7);
+      }
+      dense = world * dense * world.transpose();
+    }
+  }
+  for (int i = 0; i < kErrStates; ++i)
+    for (int j = 0; j < kErrStates; ++j) EXPECT_NEAR(p(i, j), dense(i, j), 1e-8) << i << " " << j;
 }
 
 }  // namespace

@@ -67,7 +67,7 @@ TEST(Describe, AllTypesAreListedOnceInOrderOfNameAndFound) {
     names.insert(type->name);
     EXPECT_EQ(find_type(type->name), type);
   }
-  EXPECT_EQ(names.size(), 52U);
+  EXPECT_EQ(names.size(), 53U);
   EXPECT_EQ(find_type("imusample"), nullptr);
   EXPECT_EQ(find_type(""), nullptr);
 }
