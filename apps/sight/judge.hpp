@@ -36,6 +36,23 @@ struct Judgement {
     double chi2;           // of this error by the covariance that was given
   };
   std::vector<Sighting> sightings;
+
+  /// What became of a ball that must be found, in the order of the stages.
+  enum class Fate : std::uint8_t { no_carpet, no_candidate, poor_candidate, physics, doubted, seen };
+  struct Ball {
+    Fate fate = Fate::no_carpet;
+    double confidence = 0;  // if seen
+    double distance_m = 0, diameter_px = 0, visible = 0, blur_px = 0;
+    bool spotted = false, at_line = false, at_robot = false;
+  };
+  std::vector<Ball> asked;
+  /// What a wrong sighting lies on.
+  enum class Lure : std::uint8_t { ball, carpet, line, goal, upright, lying, own_body, beyond };
+  struct Mistake {
+    Lure lure = Lure::beyond;
+    double confidence = 0;
+  };
+  std::vector<Mistake> mistakes;
   std::uint64_t balls = 0;             // that must be found
   std::uint64_t balls_candidates = 0;  // and were among the candidates
   std::uint64_t pictures = 0, without_ball = 0;
@@ -54,5 +71,8 @@ struct Judgement {
 
 void judge(SceneMaker& maker, std::uint64_t first, std::uint64_t count, const JudgeOptions& options, Judgement& out);
 std::string report(const Judgement& j);
+/// Where the balls that must be found are lost, and what is taken for balls, at the least confidence for 99 %
+/// precision.
+std::string losses(const Judgement& j);
 
 }  // namespace sinew::sight

@@ -23,7 +23,7 @@ struct Options {
   SceneOptions scene;
   std::string light = "unseen";
   std::uint64_t count = 1000, first = 0;
-  bool missed = false, wrong = false;
+  bool missed = false, wrong = false, losses = false;
   Training training;
 };
 
@@ -43,6 +43,7 @@ int run_judge(const Options& o, const kinematics::Body& body) {
   judge(maker, o.first, o.count, {}, j);
   std::printf("%u x %u, light: %s, seed %llu\n%s", o.scene.width, o.scene.height, o.light.c_str(),
               static_cast<unsigned long long>(o.scene.seed), report(j).c_str());
+  if (o.losses) std::printf("\n%s", losses(j).c_str());
   return kOk;
 }
 
@@ -160,6 +161,7 @@ int main(int argc, char** argv) {
   CLI::App* const training = app.add_subcommand("train", "Learns the ball classifier; its weights as a source file");
   CLI::App* const pictures = app.add_subcommand("pictures", "Draws what is seen over scenes, as PNG");
   for (CLI::App* sub : {judging, training, pictures}) common(sub);
+  judging->add_flag("--losses", o.losses, "says at which stage balls are lost, and what is taken for balls");
   pictures->add_flag("--missed", o.missed, "only those with a ball that is not among the candidates");
   pictures->add_flag("--wrong", o.wrong, "only those with a sighting of a ball that is none");
   training->add_option("--epochs", o.training.epochs);

@@ -234,6 +234,7 @@ void SceneMaker::degrade(const Light& light, Random& random, const raster::Raste
     // The head turns while the shutter is open; and the lens is not quite sharp.
     const double blur = std::max(0.0, random.normal(0, 0.008 * w)), way = random.normal(0, 0.5);
     const int taps = 1 + 2 * static_cast<int>(blur / 2 + 0.5);
+    out.blur_px = taps - 1;
     if (taps > 1) {
       other_ = rgb_;
       for (std::uint32_t y = 0; y < h; ++y)
@@ -358,8 +359,10 @@ void SceneMaker::make(std::uint64_t number, Scene& out) {
       std::copy(sum.begin(), sum.end(), &rgb_[3 * (std::size_t{y} * w + x)]);
     }
   out.ball.reset();
+  out.blur_px = 0;
   if (scene_.has_ball) {
     Scene::Ball b;
+    b.spotted = kind == kSpotted;
     const soccer::GroundXy p = out.in_robot(ball.x, ball.y);
     b.p_m = {p.x_m, p.y_m, ball.z};
     const soccer::PixelAt at = truly.pixel(ball);
