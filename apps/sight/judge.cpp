@@ -109,6 +109,27 @@ Judgement::Lure lure_of(const Scene& s, double u, double v) {
   }
 }
 
+/// What most of a thing's box shows, over its foot.
+Judgement::Lure lure_of(const Scene& s, const soccer::Uprights::Thing& t) {
+  std::array<int, 8> count{};
+  const double high = std::max(4.0, 0.5 * (t.u1_px - t.u0_px));
+  for (int y = 0; y < 12; ++y)
+    for (int x = 0; x < 8; ++x)
+      ++count[static_cast<std::size_t>(
+          lure_of(s, t.u0_px + (t.u1_px - t.u0_px) * (x + 0.5) / 8, t.foot_px - high * y / 12))];
+  count[static_cast<std::size_t>(Judgement::Lure::carpet)] /= 3;  // it fills the corners of any box
+  return static_cast<Judgement::Lure>(std::ranges::max_element(count) - count.begin());
+}
+
+/// A thing over this column.
+Judgement::Upright fate_of(const soccer::FieldSight& sight, double u, bool post) {
+  Judgement::Upright best = Judgement::Upright::nothing;
+  for (const auto& t : sight.uprights().things())
+    if (t.u0_px - 2 < u && u < t.u1_px + 2)
+      best = std::max(best, t.is_post == post ? Judgement::Upright::elsewhere : Judgement::Upright::other_kind);
+  return best;
+}
+
 void judge_balls(const Scene& s, const msg::SoccerSight& seen, const soccer::FieldSight& sight,
                  const JudgeOptions& options, Judgement& out) {
   const bool there = s.ball && s.ball->visible > 0.02;
@@ -237,6 +258,8 @@ void judge_things(const Scene& s, const Field& field, const GroundView& believed
     bool found = false;
     for (std::uint32_t i = 0; i < seen.posts; ++i) found = found || off(seen.post[i], p) < tol(p);
     out.posts_found.add(found);
+    ++out.post_fates[static_cast<std::size_t>(found ? Judgement::Upright::found
+                                                    : fate_of(sight, truly.pixel(p).u_px, true))];
   }
   const int pixels = kRobotPixels * static_cast<int>(s.width) / 320 * static_cast<int>(s.height) / 240;
   const auto near = [&](const msg::GroundPoint& p, const Scene::Other& o) {
@@ -260,6 +283,18 @@ void judge_things(const Scene& s, const Field& field, const GroundView& believed
       found = true;
     }
     out.robots_found.add(found);
+    ++out.robot_fates[static_cast<std::size_t>(found ? Judgement::Upright::found : fate_of(sight, foot.u_px, false))];
+  }
+  for (const soccer::Uprights::Thing& t : sight.uprights().things()) {
+    const bool right = t.is_post
+                           ? std::ranges::any_of(
+                                 posts, [&](const GroundXy& p) { return distance(p, t.feet.x_m, t.feet.y_m) < tol(p); })
+                           : std::ranges::any_of(s.others, [&](const Scene::Other& o) {
+                               msg::GroundPoint at;
+                               at.x_m = static_cast<float>(t.feet.x_m), at.y_m = static_cast<float>(t.feet.y_m);
+                               return near(at, o);
+                             });
+    if (!right) ++(t.is_post ? out.post_lures : out.robot_lures)[static_cast<std::size_t>(lure_of(s, t))];
   }
   for (const auto& p : sight.border().points()) {
     if (!p.measured) continue;
@@ -326,6 +361,7 @@ void judge(SceneMaker& maker, std::uint64_t first, std::uint64_t count, const Ju
     const GroundView believed = scene.ground(false), truly = scene.ground(true);
     if (!sight.look(scene.view(), believed, seen)) continue;
     ++out.pictures;
+    if (sight.border().found()) out.candidates += sight.candidates().all().size();
     judge_balls(scene, seen, sight, options, out);
     judge_lines(scene, field, believed, truly, seen, sight, out);
     judge_marks(scene, field, believed, truly, seen, out);
@@ -432,7 +468,25 @@ std::string losses(const Judgement& j) {
     std::snprintf(line, sizeof line, "| %s | %zu | %zu |\n", kLures[k], sure, half);
     out += line;
   }
-  return out;
+  out +=
+      "\n| that must be found | nothing seen in their columns | at another place | of another kind | found |\n"
+      "|---|---|---|---|---|\n";
+  const auto fates = [&](const char* what, const std::array<std::uint64_t, 4>& n) {
+    std::snprintf(line, sizeof line, "| %s | %llu | %llu | %llu | %llu |\n", what,
+                  static_cast<unsigned long long>(n[0]), static_cast<unsigned long long>(n[1]),
+                  static_cast<unsigned long long>(n[2]), static_cast<unsigned long long>(n[3]));
+    out += line;
+  };
+  fates("upright robots", j.robot_fates), fates("posts", j.post_fates);
+  out += "\n| on | taken for a robot there | taken for a post there |\n|---|---|---|\n";
+  for (std::size_t k = 0; k < std::size(kLures); ++k) {
+    std::snprintf(line, sizeof line, "| %s | %llu | %llu |\n", k == 0 ? "a ball" : kLures[k],
+                  static_cast<unsigned long long>(j.robot_lures[k]), static_cast<unsigned long long>(j.post_lures[k]));
+    out += line;
+  }
+  std::snprintf(line, sizeof line, "\n%.1f candidates in a picture\n",
+                static_cast<double>(j.candidates) / static_cast<double>(std::max<std::uint64_t>(1, j.pictures)));
+  return out + line;
 }
 
 }  // namespace sinew::sight

@@ -1,5 +1,6 @@
 #pragma once
 // What soccer/sight sees against what is there.
+#include <array>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -53,9 +54,14 @@ struct Judgement {
     double confidence = 0;
   };
   std::vector<Mistake> mistakes;
+  /// Wrong sightings of robots and posts, by what most of their box shows; and what became of robots and posts that
+  /// must be found: nothing over their columns, something elsewhere on the ground, something of another kind, found.
+  std::array<std::uint64_t, 8> robot_lures{}, post_lures{};
+  enum class Upright : std::uint8_t { nothing, elsewhere, other_kind, found };
+  std::array<std::uint64_t, 4> robot_fates{}, post_fates{};
   std::uint64_t balls = 0;             // that must be found
   std::uint64_t balls_candidates = 0;  // and were among the candidates
-  std::uint64_t pictures = 0, without_ball = 0;
+  std::uint64_t pictures = 0, without_ball = 0, candidates = 0;
   Share lines_right, line_length, marks_right, marks_found, posts_right, posts_found, robots_right, robots_found,
       jerseys_right, borders_right;
   Share mark_kind_right[5];

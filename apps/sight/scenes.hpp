@@ -23,6 +23,7 @@ struct SceneOptions {
   Lighting lighting = Lighting::tuning;
   std::uint64_t seed = 1;
   std::uint64_t same_light = 4;  // pictures in a row
+  bool seek_ball = false;        // a ball that is beyond the picture is put elsewhere, up to five times
 };
 
 struct Scene {
