@@ -52,6 +52,84 @@ int shown(const Scene& s, const GroundView& truly, const GroundXy& robot) {
   return s.shown(x, y);
 }
 
+/// Whether a ring round a ball shows this, for a tenth of it.
+template <class What>
+bool has_beside(const Scene& s, const Scene::Ball& b, const What& what) {
+  constexpr int kAround = 24;
+  int count = 0;
+  for (const double far : {1.15, 1.4})
+    for (int k = 0; k < kAround; ++k) {
+      const math::SinCos t = math::sincos(2 * math::kPi * k / kAround);
+      const int x = static_cast<int>(b.u_px + (far * b.radius_px + 1) * t.cos + 0.5);
+      const int y = static_cast<int>(b.v_px + (far * b.radius_px + 1) * t.sin + 0.5);
+      count +=
+          x >= 0 && y >= 0 && x < static_cast<int>(s.width) && y < static_cast<int>(s.height) && what(s.shown(x, y));
+    }
+  return count * 10 >= 2 * kAround;
+}
+
+Judgement::Ball fate_of(const Scene& s, const soccer::FieldSight& sight) {
+  using Fate = Judgement::Fate;
+  Judgement::Ball b;
+  b.distance_m = math::hypot(s.ball->p_m.x, s.ball->p_m.y);
+  b.diameter_px = 2 * s.ball->radius_px, b.visible = s.ball->visible, b.blur_px = s.blur_px;
+  b.spotted = s.ball->spotted;
+  b.at_line = has_beside(s, *s.ball, [](std::uint8_t w) { return w == plant::kShowsLine; });
+  b.at_robot = has_beside(s, *s.ball, [](std::uint8_t w) { return w >= plant::kShowsRobot; });
+  if (!sight.border().found()) return b;
+  b.fate = Fate::no_candidate;
+  for (const soccer::BallCandidate& c : sight.candidates().all()) {
+    const Verdict v = verdict(c, s.ball);
+    if (v == Verdict::not_ball) continue;
+    b.fate = std::max(b.fate, v == Verdict::unclear                                   ? Fate::poor_candidate
+                              : b.distance_m > soccer::SightOptions{}.ball_farthest_m ? Fate::physics
+                                                                                      : Fate::doubted);
+  }
+  return b;
+}
+
+Judgement::Lure lure_of(const Scene& s, double u, double v) {
+  using Lure = Judgement::Lure;
+  const int x = std::clamp(static_cast<int>(u + 0.5), 0, static_cast<int>(s.width) - 1);
+  const int y = std::clamp(static_cast<int>(v + 0.5), 0, static_cast<int>(s.height) - 1);
+  const std::uint8_t what = s.shown(x, y);
+  if (what == plant::kShowsRobot) return Lure::own_body;
+  if (what > plant::kShowsRobot) return s.others[what - plant::kShowsRobot - 1U].upright ? Lure::upright : Lure::lying;
+  switch (what) {
+    case plant::kShowsCarpet:
+      return Lure::carpet;
+    case plant::kShowsLine:
+      return Lure::line;
+    case plant::kShowsGoal:
+      return Lure::goal;
+    case plant::kShowsBall:
+      return Lure::ball;
+    default:
+      return Lure::beyond;
+  }
+}
+
+/// What most of a thing's box shows, over its foot.
+Judgement::Lure lure_of(const Scene& s, const soccer::Uprights::Thing& t) {
+  std::array<int, 8> count{};
+  const double high = std::max(4.0, 0.5 * (t.u1_px - t.u0_px));
+  for (int y = 0; y < 12; ++y)
+    for (int x = 0; x < 8; ++x)
+      ++count[static_cast<std::size_t>(
+          lure_of(s, t.u0_px + (t.u1_px - t.u0_px) * (x + 0.5) / 8, t.foot_px - high * y / 12))];
+  count[static_cast<std::size_t>(Judgement::Lure::carpet)] /= 3;  // it fills the corners of any box
+  return static_cast<Judgement::Lure>(std::ranges::max_element(count) - count.begin());
+}
+
+/// A thing over this column.
+Judgement::Upright fate_of(const soccer::FieldSight& sight, double u, bool post) {
+  Judgement::Upright best = Judgement::Upright::nothing;
+  for (const auto& t : sight.uprights().things())
+    if (t.u0_px - 2 < u && u < t.u1_px + 2)
+      best = std::max(best, t.is_post == post ? Judgement::Upright::elsewhere : Judgement::Upright::other_kind);
+  return best;
+}
+
 void judge_balls(const Scene& s, const msg::SoccerSight& seen, const soccer::FieldSight& sight,
                  const JudgeOptions& options, Judgement& out) {
   const bool there = s.ball && s.ball->visible > 0.02;
@@ -63,6 +141,8 @@ void judge_balls(const Scene& s, const msg::SoccerSight& seen, const soccer::Fie
   if (asked)
     out.balls_candidates += std::ranges::any_of(sight.candidates().all(),
                                                 [&](const auto& c) { return verdict(c, s.ball) == Verdict::ball; });
+  Judgement::Ball fate;
+  if (asked) fate = fate_of(s, sight);
   bool taken = false;
   for (std::uint32_t i = 0; i < seen.balls; ++i) {
     const msg::SeenBall& b = seen.ball[i];
@@ -74,9 +154,12 @@ void judge_balls(const Scene& s, const msg::SoccerSight& seen, const soccer::Fie
       const double det = static_cast<double>(b.at.xx_m2) * b.at.yy_m2 - static_cast<double>(b.at.xy_m2) * b.at.xy_m2;
       g.chi2 = (dx * dx * b.at.yy_m2 - 2 * dx * dy * b.at.xy_m2 + dy * dy * b.at.xx_m2) / det;
     }
+    if (asked && on && !taken) fate.fate = Judgement::Fate::seen, fate.confidence = b.confidence;
     taken = taken || on;
+    if (g.is_wrong) out.mistakes.push_back({lure_of(s, b.u_px, b.v_px), b.confidence});
     out.sightings.push_back(g);
   }
+  if (asked) out.asked.push_back(fate);
 }
 
 void judge_lines(const Scene& s, const Field& field, const GroundView& believed, const GroundView& truly,
@@ -175,6 +258,8 @@ void judge_things(const Scene& s, const Field& field, const GroundView& believed
     bool found = false;
     for (std::uint32_t i = 0; i < seen.posts; ++i) found = found || off(seen.post[i], p) < tol(p);
     out.posts_found.add(found);
+    ++out.post_fates[static_cast<std::size_t>(found ? Judgement::Upright::found
+                                                    : fate_of(sight, truly.pixel(p).u_px, true))];
   }
   const int pixels = kRobotPixels * static_cast<int>(s.width) / 320 * static_cast<int>(s.height) / 240;
   const auto near = [&](const msg::GroundPoint& p, const Scene::Other& o) {
@@ -198,6 +283,18 @@ void judge_things(const Scene& s, const Field& field, const GroundView& believed
       found = true;
     }
     out.robots_found.add(found);
+    ++out.robot_fates[static_cast<std::size_t>(found ? Judgement::Upright::found : fate_of(sight, foot.u_px, false))];
+  }
+  for (const soccer::Uprights::Thing& t : sight.uprights().things()) {
+    const bool right = t.is_post
+                           ? std::ranges::any_of(
+                                 posts, [&](const GroundXy& p) { return distance(p, t.feet.x_m, t.feet.y_m) < tol(p); })
+                           : std::ranges::any_of(s.others, [&](const Scene::Other& o) {
+                               msg::GroundPoint at;
+                               at.x_m = static_cast<float>(t.feet.x_m), at.y_m = static_cast<float>(t.feet.y_m);
+                               return near(at, o);
+                             });
+    if (!right) ++(t.is_post ? out.post_lures : out.robot_lures)[static_cast<std::size_t>(lure_of(s, t))];
   }
   for (const auto& p : sight.border().points()) {
     if (!p.measured) continue;
@@ -264,6 +361,7 @@ void judge(SceneMaker& maker, std::uint64_t first, std::uint64_t count, const Ju
     const GroundView believed = scene.ground(false), truly = scene.ground(true);
     if (!sight.look(scene.view(), believed, seen)) continue;
     ++out.pictures;
+    if (sight.border().found()) out.candidates += sight.candidates().all().size();
     judge_balls(scene, seen, sight, options, out);
     judge_lines(scene, field, believed, truly, seen, sight, out);
     judge_marks(scene, field, believed, truly, seen, out);
@@ -317,6 +415,78 @@ std::string report(const Judgement& j) {
   add("jerseys told right", text(j.jerseys_right));
   add("border points on the carpet's edge", text(j.borders_right));
   return out;
+}
+
+std::string losses(const Judgement& j) {
+  using Fate = Judgement::Fate;
+  const double least = j.at_precision(0.99).confidence;
+  std::string out =
+      "| balls that must be found | all | found | no carpet | no candidate | poor candidate | too far | doubted | "
+      "below |\n|---|---|---|---|---|---|---|---|---|\n";
+  char line[240];
+  const auto row = [&](const char* what, const auto& is) {
+    std::size_t all = 0, found = 0, below = 0, at[5] = {};
+    for (const Judgement::Ball& b : j.asked) {
+      if (!is(b)) continue;
+      ++all;
+      if (b.fate != Fate::seen)
+        ++at[static_cast<std::size_t>(b.fate)];
+      else
+        ++(b.confidence >= least ? found : below);
+    }
+    std::snprintf(line, sizeof line, "| %s | %zu | %.1f %% | %zu | %zu | %zu | %zu | %zu | %zu |\n", what, all,
+                  all > 0 ? 100.0 * static_cast<double>(found) / static_cast<double>(all) : 0.0, at[0], at[1], at[2],
+                  at[3], at[4], below);
+    out += line;
+  };
+  using B = const Judgement::Ball&;
+  row("all", [](B) { return true; });
+  row("nearer than 1 m", [](B b) { return b.distance_m < 1; });
+  row("1 to 2 m", [](B b) { return b.distance_m >= 1 && b.distance_m < 2; });
+  row("2 to 3 m", [](B b) { return b.distance_m >= 2 && b.distance_m < 3; });
+  row("farther than 3 m", [](B b) { return b.distance_m >= 3; });
+  row("8 to 12 px", [](B b) { return b.diameter_px < 12; });
+  row("12 to 24 px", [](B b) { return b.diameter_px >= 12 && b.diameter_px < 24; });
+  row("24 px and more", [](B b) { return b.diameter_px >= 24; });
+  row("visible to 60 to 80 %", [](B b) { return b.visible < 0.8; });
+  row("to 80 to 95 %", [](B b) { return b.visible >= 0.8 && b.visible < 0.95; });
+  row("to more", [](B b) { return b.visible >= 0.95; });
+  row("blur less than a quarter of the diameter", [](B b) { return b.blur_px < 0.25 * b.diameter_px; });
+  row("more blur", [](B b) { return b.blur_px >= 0.25 * b.diameter_px; });
+  row("at a line", [](B b) { return b.at_line; });
+  row("at a robot", [](B b) { return b.at_robot; });
+  row("in the open", [](B b) { return !b.at_line && !b.at_robot; });
+  row("spotted", [](B b) { return b.spotted; });
+  row("plain", [](B b) { return !b.spotted; });
+  out += "\n| taken for a ball | at this confidence | at 0.5 and more |\n|---|---|---|\n";
+  constexpr const char* kLures[] = {"a ball, twice", "carpet",      "line",     "goal",
+                                    "robot",         "lying robot", "own body", "beyond the carpet"};
+  for (std::size_t k = 0; k < std::size(kLures); ++k) {
+    std::size_t sure = 0, half = 0;
+    for (const Judgement::Mistake& m : j.mistakes)
+      if (static_cast<std::size_t>(m.lure) == k) sure += m.confidence >= least, half += m.confidence >= 0.5;
+    std::snprintf(line, sizeof line, "| %s | %zu | %zu |\n", kLures[k], sure, half);
+    out += line;
+  }
+  out +=
+      "\n| that must be found | nothing seen in their columns | at another place | of another kind | found |\n"
+      "|---|---|---|---|---|\n";
+  const auto fates = [&](const char* what, const std::array<std::uint64_t, 4>& n) {
+    std::snprintf(line, sizeof line, "| %s | %llu | %llu | %llu | %llu |\n", what,
+                  static_cast<unsigned long long>(n[0]), static_cast<unsigned long long>(n[1]),
+                  static_cast<unsigned long long>(n[2]), static_cast<unsigned long long>(n[3]));
+    out += line;
+  };
+  fates("upright robots", j.robot_fates), fates("posts", j.post_fates);
+  out += "\n| on | taken for a robot there | taken for a post there |\n|---|---|---|\n";
+  for (std::size_t k = 0; k < std::size(kLures); ++k) {
+    std::snprintf(line, sizeof line, "| %s | %llu | %llu |\n", k == 0 ? "a ball" : kLures[k],
+                  static_cast<unsigned long long>(j.robot_lures[k]), static_cast<unsigned long long>(j.post_lures[k]));
+    out += line;
+  }
+  std::snprintf(line, sizeof line, "\n%.1f candidates in a picture\n",
+                static_cast<double>(j.candidates) / static_cast<double>(std::max<std::uint64_t>(1, j.pictures)));
+  return out + line;
 }
 
 }  // namespace sinew::sight

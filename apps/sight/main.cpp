@@ -2,8 +2,10 @@
 // docs/soccer-vision.md.
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <filesystem>
 #include <fstream>
 
+#include "apps/sight/carpets.hpp"
 #include "apps/sight/draw.hpp"
 #include "apps/sight/judge.hpp"
 #include "apps/sight/photos.hpp"
@@ -16,14 +18,15 @@ using namespace sinew;
 using namespace sinew::sight;
 
 constexpr int kOk = 0, kNotBegun = 2;
-constexpr int kPhotoWeight = 5;  // times that each patch of a photo is among the examples
+constexpr std::uint64_t kOddsSeed = 1000;  // on top of the seed, of the scenes that confidences are made from
+constexpr int kPhotoWeight = 5;            // times that each patch of a photo is among the examples
 
 struct Options {
-  std::string body = "robots/kid/op3.toml", out, photos;
+  std::string body = "robots/kid/op3.toml", out, photos, cache;
   SceneOptions scene;
   std::string light = "unseen";
   std::uint64_t count = 1000, first = 0;
-  bool missed = false, wrong = false;
+  bool missed = false, wrong = false, losses = false;
   Training training;
 };
 
@@ -43,20 +46,31 @@ int run_judge(const Options& o, const kinematics::Body& body) {
   judge(maker, o.first, o.count, {}, j);
   std::printf("%u x %u, light: %s, seed %llu\n%s", o.scene.width, o.scene.height, o.light.c_str(),
               static_cast<unsigned long long>(o.scene.seed), report(j).c_str());
+  if (o.losses) std::printf("\n%s", losses(j).c_str());
   return kOk;
 }
 
-int run_train(const Options& o, const kinematics::Body& body) {
-  std::vector<Example> examples;
+/// Of both sizes of picture; from `cache` if that file is there, else kept in it.
+bool patches(const Options& o, const kinematics::Body& body, bool as_they_come, std::vector<Example>& out,
+             std::string& why) {
+  const std::string cache = o.cache.empty() ? "" : o.cache + (as_they_come ? ".odds" : ".patches");
+  if (!cache.empty() && std::filesystem::exists(cache)) return load(cache, out, why);
   for (const std::uint32_t width : {320U, 640U}) {
     SceneOptions s = o.scene;
     s.width = width, s.height = width * 3 / 4;
-    s.lighting = Lighting::tuning;
+    s.lighting = Lighting::tuning, s.seek_ball = !as_they_come;
+    if (as_they_come) s.seed += kOddsSeed;
     SceneMaker maker(body, s);
-    collect(maker, 0, width == 320 ? o.count : o.count / 3, examples);
+    collect(maker, 0, (as_they_come ? o.count / 4 : o.count) / (width == 320 ? 1 : 3), as_they_come, out);
   }
+  return cache.empty() || save(cache, out, why);
+}
+
+int run_train(const Options& o, const kinematics::Body& body) {
+  std::vector<Example> examples, odds;
+  std::string why;
+  if (!patches(o, body, false, examples, why) || !patches(o, body, true, odds, why)) return fail(why);
   if (!o.photos.empty()) {
-    std::string why;
     const std::vector<Photo> photos = load_photos(o.photos, why);
     if (photos.empty()) return fail(why);
     const auto half = std::span<const Photo>(photos).first(photos.size() / 2);
@@ -68,8 +82,9 @@ int run_train(const Options& o, const kinematics::Body& body) {
   std::size_t balls = 0;
   for (const Example& e : examples) balls += e.is_ball;
   std::fprintf(stderr, "%zu patches, %zu of balls\n", examples.size(), balls);
-  if (examples.size() < 1000) return fail("too few patches");
-  const std::vector<float> weights = train(examples, o.training);
+  if (examples.size() < 1000 || odds.size() < 1000) return fail("too few patches");
+  std::vector<float> weights = train(examples, o.training);
+  calibrate(weights, odds);
   std::ofstream file(o.out);
   file << weights_source(weights, "sinew-sight train --count " + std::to_string(o.count) + " --epochs " +
                                       std::to_string(o.training.epochs) +
@@ -110,6 +125,21 @@ int run_photos(const Options& o) {
   for (const Photo& p : all.subspan(o.first, std::min<std::size_t>(o.count, photos.size() - o.first)))
     if (sight.look(p.view(), view, seen)) drawings.push_back(draw(p.view(), view, sight, seen));
   return write_png(o.out, side_by_side(drawings, 2)) ? kOk : fail(o.out + " cannot be written");
+}
+
+int run_colours(const std::string& source, const RecordTopics& topics, double height_m) {
+  Carpets carpets;
+  std::string why;
+  if (std::filesystem::is_directory(source)) {
+    const std::vector<Photo> photos = load_photos(source, why);
+    if (photos.empty()) return fail(why);
+    measure_photos(photos, height_m, carpets);
+  } else if (!measure_record(source, topics, carpets, why)) {
+    return fail(why);
+  }
+  if (carpets.looks.empty()) return fail(source + ": no picture shows enough of a green carpet");
+  std::printf("%s", report(carpets).c_str());
+  return kOk;
 }
 
 int run_pictures(const Options& o, const kinematics::Body& body) {
@@ -160,9 +190,11 @@ int main(int argc, char** argv) {
   CLI::App* const training = app.add_subcommand("train", "Learns the ball classifier; its weights as a source file");
   CLI::App* const pictures = app.add_subcommand("pictures", "Draws what is seen over scenes, as PNG");
   for (CLI::App* sub : {judging, training, pictures}) common(sub);
+  judging->add_flag("--losses", o.losses, "says at which stage balls are lost, and what is taken for balls");
   pictures->add_flag("--missed", o.missed, "only those with a ball that is not among the candidates");
   pictures->add_flag("--wrong", o.wrong, "only those with a sighting of a ball that is none");
   training->add_option("--epochs", o.training.epochs);
+  training->add_option("--cache", o.cache, "patches are kept in files of this name, and read from there the next time");
   for (CLI::App* sub : {training, pictures}) sub->add_option("--out", o.out)->required();
   CLI::App* const real =
       app.add_subcommand("photos", "Judges photos with labels: the first half by name, and the second");
@@ -171,7 +203,19 @@ int main(int argc, char** argv) {
   real->add_option("--first", o.first, "photo that is drawn");
   real->add_option("--count", o.count, "of photos that are drawn");
   training->add_option("--photos", o.photos, "folder; the first half of them by name is trained with, too");
+  CLI::App* const colours = app.add_subcommand(
+      "colours",
+      "Measures the carpet in a record or in a folder of JPEG photos; prints the look that the colour table "
+      "begins with");
+  std::string source;
+  RecordTopics topics;
+  double height_m = 0.5;
+  colours->add_option("source", source, "record (MCAP), or folder")->required()->check(CLI::ExistingPath);
+  colours->add_option("--image", topics.image, "topic");
+  colours->add_option("--pose", topics.pose, "topic of the camera's pose");
+  colours->add_option("--height", height_m, "of the level camera of photos, m")->check(CLI::Range(0.1, 5.0));
   CLI11_PARSE(app, argc, argv);
+  if (colours->parsed()) return run_colours(source, topics, height_m);
   if (real->parsed()) return run_photos(o);
   o.scene.height = o.scene.width * 3 / 4;
   set_light(o);

@@ -234,16 +234,18 @@ void SceneMaker::degrade(const Light& light, Random& random, const raster::Raste
     // The head turns while the shutter is open; and the lens is not quite sharp.
     const double blur = std::max(0.0, random.normal(0, 0.008 * w)), way = random.normal(0, 0.5);
     const int taps = 1 + 2 * static_cast<int>(blur / 2 + 0.5);
+    out.blur_px = taps - 1;
     if (taps > 1) {
       other_ = rgb_;
+      const math::SinCos along{math::sin(way), math::cos(way)};
       for (std::uint32_t y = 0; y < h; ++y)
         for (std::uint32_t x = 0; x < w; ++x)
           for (std::size_t c = 0; c < 3; ++c) {
             float sum = 0;
             for (int t = 0; t < taps; ++t) {
               const double s = t - (taps - 1) / 2;
-              const int px = std::clamp(static_cast<int>(x + s * math::cos(way) + 0.5), 0, static_cast<int>(w) - 1);
-              const int py = std::clamp(static_cast<int>(y + s * math::sin(way) + 0.5), 0, static_cast<int>(h) - 1);
+              const int px = std::clamp(static_cast<int>(x + s * along.cos + 0.5), 0, static_cast<int>(w) - 1);
+              const int py = std::clamp(static_cast<int>(y + s * along.sin + 0.5), 0, static_cast<int>(h) - 1);
               sum += other_[3 * (static_cast<std::size_t>(py) * w + static_cast<std::size_t>(px)) + c];
             }
             rgb_[3 * (std::size_t{y} * w + x) + c] = sum / static_cast<float>(taps);
@@ -305,24 +307,29 @@ void SceneMaker::make(std::uint64_t number, Scene& out) {
 
   // The ball: mostly somewhere in the picture, some anywhere, some at a robot's feet; and in a fifth there is none.
   scene_.has_ball = random.below(5) != 0;
-  Vec3 ball{random.uniform(-4.5, 4.5), random.uniform(-3, 3), kBallRadius_m};
-  const std::uint32_t where = random.below(10);
   out.camera = {see.fx_px, see.fy_px, 0.5 * (w - 1), 0.5 * (h - 1)};
   out.true_pose.p_world_m = see.pose.p_m.to<msg::Vec3>();
   out.true_pose.q_world_optical = see.pose.q.to<msg::Quat>();
   const soccer::GroundView truly(out.camera, out.true_pose, {}, {});
-  if (where < 6) {
-    const auto p = truly.at_height(random.uniform(0, w), random.uniform(0.1 * h, h), kBallRadius_m);
-    if (p && math::fabs(p->x_m) < 5.4 && math::fabs(p->y_m) < 3.9) ball.x = p->x_m, ball.y = p->y_m;
-  } else if (where < 8 && !out.others.empty()) {
-    const std::size_t who = 1 + random.below(static_cast<std::uint32_t>(out.others.size()));
-    const Vec3 at = scene_.robots[who].link[0].p_m;
-    const double turn = random.uniform(-math::kPi, math::kPi), d = random.uniform(0.13, 0.3);
-    ball.x = at.x + d * math::cos(turn), ball.y = at.y + d * math::sin(turn);
-  } else if (where == 8) {  // on or at a line
-    ball.y = (random.below(2) ? 1 : -1) * (f.width_m / 2 + random.normal(0, 0.08));
+  Vec3 ball;
+  for (int tries = 0; tries < (o_.seek_ball ? 6 : 1); ++tries) {
+    ball = {random.uniform(-4.5, 4.5), random.uniform(-3, 3), kBallRadius_m};
+    const std::uint32_t where = random.below(10);
+    if (where < 6) {
+      const auto p = truly.at_height(random.uniform(0, w), random.uniform(0.1 * h, h), kBallRadius_m);
+      if (p && math::fabs(p->x_m) < 5.4 && math::fabs(p->y_m) < 3.9) ball.x = p->x_m, ball.y = p->y_m;
+    } else if (where < 8 && !out.others.empty()) {
+      const std::size_t who = 1 + random.below(static_cast<std::uint32_t>(out.others.size()));
+      const Vec3 at = scene_.robots[who].link[0].p_m;
+      const double turn = random.uniform(-math::kPi, math::kPi), d = random.uniform(0.13, 0.3);
+      ball.x = at.x + d * math::cos(turn), ball.y = at.y + d * math::sin(turn);
+    } else if (where == 8) {  // on or at a line
+      ball.y = (random.below(2) ? 1 : -1) * (f.width_m / 2 + random.normal(0, 0.08));
+    }
+    ball.x = std::clamp(ball.x, -kCarpetX_m, kCarpetX_m), ball.y = std::clamp(ball.y, -kCarpetY_m, kCarpetY_m);
+    const soccer::PixelAt at = truly.pixel(ball);
+    if (at.depth_m > 0 && at.u_px > 0 && at.v_px > 0 && at.u_px < w && at.v_px < h) break;
   }
-  ball.x = std::clamp(ball.x, -kCarpetX_m, kCarpetX_m), ball.y = std::clamp(ball.y, -kCarpetY_m, kCarpetY_m);
   scene_.ball = {ball, Quat::exp({random.normal(0, 1.5), random.normal(0, 1.5), random.normal(0, 1.5)})};
 
   view_.draw(one_, scene_, see);
@@ -358,8 +365,10 @@ void SceneMaker::make(std::uint64_t number, Scene& out) {
       std::copy(sum.begin(), sum.end(), &rgb_[3 * (std::size_t{y} * w + x)]);
     }
   out.ball.reset();
+  out.blur_px = 0;
   if (scene_.has_ball) {
     Scene::Ball b;
+    b.spotted = kind == kSpotted;
     const soccer::GroundXy p = out.in_robot(ball.x, ball.y);
     b.p_m = {p.x_m, p.y_m, ball.z};
     const soccer::PixelAt at = truly.pixel(ball);

@@ -23,6 +23,7 @@ struct SceneOptions {
   Lighting lighting = Lighting::tuning;
   std::uint64_t seed = 1;
   std::uint64_t same_light = 4;  // pictures in a row
+  bool seek_ball = false;        // a ball that is beyond the picture is put elsewhere, up to five times
 };
 
 struct Scene {
@@ -38,8 +39,10 @@ struct Scene {
     math::Vec3 p_m;  // robot
     double u_px = 0, v_px = 0, radius_px = 0;
     double visible = 0;  // share of its disc that the picture shows
+    bool spotted = true;
   };
   std::optional<Ball> ball;  // none: there is none on the field
+  double blur_px = 0;        // way that the picture moved while the shutter was open
   struct Other {
     double x_m = 0, y_m = 0;  // robot: below its torso
     bool upright = true, red = false;

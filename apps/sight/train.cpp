@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <filesystem>
+#include <fstream>
 #include <numeric>
 
 namespace sinew::sight {
@@ -10,55 +12,130 @@ namespace {
 using soccer::BallNet;
 using soccer::BallPatch;
 
-constexpr std::size_t kIn = BallNet::kInputs, kA = BallNet::kFirst, kB = BallNet::kSecond;
 constexpr std::size_t kBatch = 64;
-constexpr std::uint32_t kOneOf = 3;  // so many patches of no ball are one example
+constexpr std::uint32_t kOneOf = 2;  // so many patches of no ball are one example
+constexpr int kOff = 2;              // patches cut a little off each ball
 
-void mirror(BallPatch& p) {
-  const auto rows = [&](std::size_t from, std::size_t side) {
-    for (std::size_t r = 0; r < side; ++r) std::reverse(&p.value[from + r * side], &p.value[from + r * side] + side);
-  };
-  constexpr std::size_t kSide = BallPatch::kSide, kChroma = BallPatch::kChromaSide;
-  rows(0, kSide), rows(kSide * kSide, kChroma), rows(kSide * kSide + kChroma * kChroma, kChroma);
+/// Light and sensors that no scene has: a slope or an edge of shade, noise, another tint.
+void disturb(BallPatch& p, math::Random& random) {
+  if (random.below(2) != 0) soccer::mirror(p);
+  constexpr std::size_t kSide = BallPatch::kSide;
+  const auto along = [&](double sigma) { return random.normal(0, sigma) / kSide; };
+  const double dx = along(0.4), dy = along(0.4), noise = random.uniform(0, 0.2);
+  const double edge = random.below(4) == 0 ? random.normal(0, 0.4) : 0, turn = random.uniform(0, 2 * math::kPi);
+  const math::SinCos t = math::sincos(turn);
+  const double at = random.uniform(-0.5, 0.5) * kSide;
+  for (std::size_t y = 0; y < kSide; ++y)
+    for (std::size_t x = 0; x < kSide; ++x) {
+      const double rx = static_cast<double>(x) - 7.5, ry = static_cast<double>(y) - 7.5;
+      double more = dx * rx + dy * ry + (t.cos * rx + t.sin * ry > at ? edge : 0);
+      const std::uint32_t draw = random.next_u32();  // four bytes together are nearly normal
+      more += noise *
+              (static_cast<double>((draw & 255) + (draw >> 8 & 255) + (draw >> 16 & 255) + (draw >> 24)) - 510) / 147.8;
+      p.value[y * kSide + x] += static_cast<float>(more);
+    }
+  for (std::size_t c = 0; c < 2; ++c) {
+    const auto gain = static_cast<float>(random.uniform(0.8, 1.2)), tint = static_cast<float>(random.normal(0, 0.05));
+    for (std::size_t i = 0; i < BallPatch::kChroma; ++i) {
+      float& v = p.value[BallPatch::kLuma + c * BallPatch::kChroma + i];
+      v = v * gain + tint;
+    }
+  }
 }
 
-/// Adds the gradient of one example; the loss.
-double add_gradient(const std::vector<float>& w, const BallPatch& patch, bool is_ball, std::vector<float>& g) {
-  const float* const wa = w.data();
-  const float* const ba = wa + kIn * kA;
-  const float* const wb = ba + kA;
-  const float* const bb = wb + kA * kB;
-  const float* const wo = bb + kB;
-  std::array<float, kA> a{}, da{};
-  std::array<float, kB> b{}, db{};
-  std::copy_n(ba, kA, a.begin());
-  for (std::size_t i = 0; i < kIn; ++i)
-    for (std::size_t k = 0; k < kA; ++k) a[k] += patch.value[i] * wa[i * kA + k];
-  for (float& x : a) x = std::max(0.0F, x);
-  std::copy_n(bb, kB, b.begin());
-  for (std::size_t i = 0; i < kA; ++i)
-    for (std::size_t k = 0; k < kB; ++k) b[k] += a[i] * wb[i * kB + k];
-  for (float& x : b) x = std::max(0.0F, x);
-  double out = wo[kB];
-  for (std::size_t k = 0; k < kB; ++k) out += static_cast<double>(b[k]) * wo[k];
-  const double p = 1 / (1 + math::exp(-std::clamp(out, -30.0, 30.0)));
+/// Gradients of one example, added up.
+class Slope {
+ public:
+  explicit Slope(const std::vector<float>& w)
+      : w_(w), net_(std::span<const float, BallNet::kWeights>(w)), g_(w.size()) {}
+  std::vector<float>& all() { return g_; }
+  /// The loss.
+  double add(const BallPatch& patch, bool is_ball);
+
+ private:
+  /// Where the larger of 2 x 2 places was, of what was given on.
+  template <std::size_t kSide, std::size_t kOut, std::size_t kStride>
+  static void spread(const float* before, const float* after, const float* slope, float* to);
+
+  const std::vector<float>& w_;
+  BallNet net_;
+  BallNet::Trace t_{};
+  std::vector<float> g_;
+  std::array<float, BallNet::kFlat> flat_{};
+  std::array<float, BallNet::kSide2 * BallNet::kSide2 * BallNet::kSecond> second_{};
+  std::array<float, BallPatch::kChroma * BallNet::kDeep> deep_{};
+  std::array<float, BallPatch::kLuma * BallNet::kFirst> first_{};
+};
+
+template <std::size_t kSide, std::size_t kOut, std::size_t kStride>
+void Slope::spread(const float* before, const float* after, const float* slope, float* to) {
+  std::fill_n(to, kSide * kSide * kOut, 0.0F);
+  for (std::size_t y = 0; y < kSide / 2; ++y)
+    for (std::size_t x = 0; x < kSide / 2; ++x, after += kStride, slope += kStride)
+      for (std::size_t k = 0; k < kOut; ++k) {
+        if (!(after[k] > 0)) continue;
+        const std::size_t first = (2 * y * kSide + 2 * x) * kOut + k;
+        for (const std::size_t at : {first, first + kOut, first + kSide * kOut, first + (kSide + 1) * kOut})
+          if (before[at] == after[k]) {
+            to[at] = slope[k];
+            break;
+          }
+      }
+}
+
+double Slope::add(const BallPatch& patch, bool is_ball) {
+  using N = BallNet;
+  net_.run(patch, t_);
+  const double p = 1 / (1 + math::exp(-std::clamp(static_cast<double>(t_.out), -30.0, 30.0)));
   const auto error = static_cast<float>(p - (is_ball ? 1 : 0));
-  float* const ga = g.data();
-  float* const gba = ga + kIn * kA;
-  float* const gb = gba + kA;
-  float* const gbb = gb + kA * kB;
-  float* const go = gbb + kB;
-  for (std::size_t k = 0; k < kB; ++k) go[k] += error * b[k], db[k] = b[k] > 0 ? error * wo[k] : 0;
-  go[kB] += error;
-  for (std::size_t i = 0; i < kA; ++i) {
-    float sum = 0;
-    for (std::size_t k = 0; k < kB; ++k) gb[i * kB + k] += a[i] * db[k], sum += db[k] * wb[i * kB + k];
-    da[i] = a[i] > 0 ? sum : 0;
+  std::array<float, N::kUnits> du{};
+  for (std::size_t k = 0; k < N::kUnits; ++k) {
+    g_[N::kAt4 + k] += error * t_.units[k];
+    du[k] = t_.units[k] > 0 ? error * w_[N::kAt4 + k] : 0;
+    g_[N::kOffset3 + k] += du[k];
   }
-  for (std::size_t k = 0; k < kB; ++k) gbb[k] += db[k];
-  for (std::size_t i = 0; i < kIn; ++i)
-    for (std::size_t k = 0; k < kA; ++k) ga[i * kA + k] += patch.value[i] * da[k];
-  for (std::size_t k = 0; k < kA; ++k) gba[k] += da[k];
+  g_[N::kOffset4] += error;
+  for (std::size_t i = 0; i < N::kFlat; ++i) {
+    const float x = t_.flat[i];
+    const float* const w = &w_[N::kAt3 + i * N::kUnits];
+    float* const g = &g_[N::kAt3 + i * N::kUnits];
+    float sum = 0;
+    for (std::size_t k = 0; k < N::kUnits; ++k) sum += w[k] * du[k];
+    for (std::size_t k = 0; k < N::kUnits; ++k) g[k] += x * du[k];
+    flat_[i] = sum;
+  }
+  spread<N::kSide2, N::kSecond, N::kSecond>(t_.second.data(), t_.flat.data(), flat_.data(), second_.data());
+  deep_.fill(0);
+  for (std::size_t y = 0; y < N::kSide2; ++y)
+    for (std::size_t x = 0; x < N::kSide2; ++x) {
+      const float* const d = &second_[(y * N::kSide2 + x) * N::kSecond];
+      for (std::size_t k = 0; k < N::kSecond; ++k) {
+        if (d[k] == 0) continue;
+        const float one = d[k];
+        g_[N::kOffset2 + k] += one;
+        for (std::size_t row = 0; row < 3; ++row) {
+          const std::size_t in = ((y + row) * N::kPool1 + x) * N::kDeep;
+          const float* w = &w_[N::kAt2 + row * 3 * N::kDeep * N::kSecond + k];
+          float* g = &g_[N::kAt2 + row * 3 * N::kDeep * N::kSecond + k];
+          for (std::size_t i = 0; i < 3 * N::kDeep; ++i, w += N::kSecond, g += N::kSecond) {
+            *g += t_.deep[in + i] * one;
+            deep_[in + i] += *w * one;
+          }
+        }
+      }
+    }
+  spread<BallPatch::kSide, N::kFirst, N::kDeep>(t_.first.data(), t_.deep.data(), deep_.data(), first_.data());
+  constexpr std::size_t kWide = BallPatch::kSide + 2;
+  for (std::size_t y = 0; y < BallPatch::kSide; ++y)
+    for (std::size_t x = 0; x < BallPatch::kSide; ++x) {
+      const float* const d = &first_[(y * BallPatch::kSide + x) * N::kFirst];
+      for (std::size_t k = 0; k < N::kFirst; ++k) {
+        if (d[k] == 0) continue;
+        g_[N::kOffset1 + k] += d[k];
+        for (std::size_t tap = 0; tap < N::kTaps; ++tap)
+          g_[N::kAt1 + tap * N::kFirst + k] += d[k] * t_.luma[(y + tap / 3) * kWide + x + tap % 3];
+      }
+    }
   return -math::log(std::max(1e-12, is_ball ? p : 1 - p));
 }
 
@@ -68,11 +145,12 @@ Verdict verdict(const soccer::BallCandidate& c, const std::optional<Scene::Ball>
   if (!ball || !(ball->visible > 0.02)) return Verdict::not_ball;
   const double off = math::hypot(c.u_px - ball->u_px, c.v_px - ball->v_px), r = ball->radius_px;
   const double size = c.radius_px / r;
-  if (off < 0.4 * r + 0.8 && size > 0.65 && size < 1.5) return ball->visible > 0.3 ? Verdict::ball : Verdict::unclear;
+  if (off < 0.45 * r + 1 && size > 0.65 && size < 1.5) return ball->visible > 0.3 ? Verdict::ball : Verdict::unclear;
   return off < 1.2 * r + c.radius_px ? Verdict::unclear : Verdict::not_ball;
 }
 
-void collect(SceneMaker& maker, std::uint64_t first, std::uint64_t count, std::vector<Example>& out) {
+void collect(SceneMaker& maker, std::uint64_t first, std::uint64_t count, bool as_they_come,
+             std::vector<Example>& out) {
   Scene scene;
   soccer::FieldSight sight;
   msg::SoccerSight seen;
@@ -84,23 +162,41 @@ void collect(SceneMaker& maker, std::uint64_t first, std::uint64_t count, std::v
     for (const soccer::BallCandidate& c : sight.candidates().all()) {
       const Verdict v = verdict(c, scene.ball);
       if (v == Verdict::unclear) continue;
-      if (v == Verdict::not_ball && few.below(kOneOf) != 0) continue;
+      if (v == Verdict::not_ball && !as_they_come && few.below(kOneOf) != 0) continue;
       Example e;
       soccer::take_patch(sight.picture(), sight.carpet(), c, e.patch);
       e.is_ball = v == Verdict::ball;
       out.push_back(e);
     }
+    if (as_they_come || !scene.ball || !(scene.ball->visible > 0.3)) continue;
+    const Scene::Ball& b = *scene.ball;
+    const auto expected = view.ball_radius_px(b.u_px, b.v_px, soccer::SightOptions{}.ball_radius_m);
+    for (int k = 0; k < kOff && expected && sight.picture().holds(b.u_px, b.v_px); ++k) {
+      soccer::BallCandidate c{b.u_px + few.normal(0, 0.13 * b.radius_px + 0.3),
+                              b.v_px + few.normal(0, 0.13 * b.radius_px + 0.3),
+                              b.radius_px * math::exp(few.normal(0, 0.07)), *expected, 0};
+      c.fit = soccer::BallCandidates::fit(sight.picture(), c.u_px, c.v_px, c.radius_px);
+      if (verdict(c, scene.ball) != Verdict::ball) continue;
+      Example e;
+      soccer::take_patch(sight.picture(), sight.carpet(), c, e.patch);
+      e.is_ball = true;
+      out.push_back(e);
+    }
   }
 }
 
-std::vector<float> train(const std::vector<Example>& examples, const Training& how) {
+std::vector<float> train(std::span<const Example> examples, const Training& how) {
+  using N = BallNet;
   math::Random random(how.seed, 9);
-  std::vector<float> w(BallNet::kWeights), g(w.size()), m(w.size()), v(w.size());
+  std::vector<float> w(N::kWeights), m(w.size()), v(w.size());
+  Slope slope(w);
+  std::vector<float>& g = slope.all();
   const auto fill = [&](std::size_t from, std::size_t in, std::size_t out) {
     const double sigma = math::sqrt(2.0 / static_cast<double>(in));
     for (std::size_t i = 0; i < in * out; ++i) w[from + i] = static_cast<float>(random.normal(0, sigma));
   };
-  fill(0, kIn, kA), fill((kIn + 1) * kA, kA, kB), fill((kIn + 1) * kA + (kA + 1) * kB, kB, 1);
+  fill(N::kAt1, N::kTaps, N::kFirst), fill(N::kAt2, N::kTaps * N::kDeep, N::kSecond);
+  fill(N::kAt3, N::kFlat, N::kUnits), fill(N::kAt4, N::kUnits, 1);
   std::vector<std::size_t> order(examples.size());
   std::iota(order.begin(), order.end(), std::size_t{0});
   constexpr double kBeta1 = 0.9, kBeta2 = 0.999, kDecay = 1e-4;
@@ -115,8 +211,8 @@ std::vector<float> train(const std::vector<Example>& examples, const Training& h
       for (std::size_t k = 0; k < kBatch; ++k) {
         const Example& e = examples[order[at * kBatch + k]];
         BallPatch patch = e.patch;
-        if (random.below(2) != 0) mirror(patch);
-        loss += add_gradient(w, patch, e.is_ball, g);
+        disturb(patch, random);
+        loss += slope.add(patch, e.is_ball);
       }
       power1 *= kBeta1, power2 *= kBeta2;
       const double done =
@@ -133,9 +229,62 @@ std::vector<float> train(const std::vector<Example>& examples, const Training& h
     }
     std::fprintf(stderr, "epoch %d: loss %.5f\n", epoch + 1, loss / static_cast<double>(batches * kBatch));
   }
-  // Odds as among all candidates.
-  w.back() -= static_cast<float>(math::log(kOneOf));
   return w;
+}
+
+void calibrate(std::vector<float>& weights, std::span<const Example> as_they_come) {
+  const BallNet net(std::span<const float, BallNet::kWeights>{weights});
+  BallNet::Trace trace;
+  std::vector<double> odds;
+  for (const Example& e : as_they_come) {
+    net.run(e.patch, trace);
+    odds.push_back(std::clamp(static_cast<double>(trace.out), -30.0, 30.0));
+  }
+  // Newton's steps; the loss is convex.
+  double scale = 1, more = 0;
+  for (int round = 0; round < 30; ++round) {
+    double gs = 0, gm = 0, hss = 1e-6, hsm = 0, hmm = 1e-6;
+    for (std::size_t i = 0; i < odds.size(); ++i) {
+      const double p = 1 / (1 + math::exp(-std::clamp(scale * odds[i] + more, -30.0, 30.0)));
+      const double off = p - (as_they_come[i].is_ball ? 1 : 0), h = p * (1 - p);
+      gs += off * odds[i], gm += off;
+      hss += h * odds[i] * odds[i], hsm += h * odds[i], hmm += h;
+    }
+    const double det = hss * hmm - hsm * hsm;
+    scale -= std::clamp((hmm * gs - hsm * gm) / det, -0.3, 0.3),
+        more -= std::clamp((hss * gm - hsm * gs) / det, -1.0, 1.0);
+  }
+  std::fprintf(stderr, "odds: times %.3f, and %+.3f\n", scale, more);
+  for (std::size_t k = 0; k <= BallNet::kUnits; ++k)
+    weights[BallNet::kAt4 + k] = static_cast<float>(scale * weights[BallNet::kAt4 + k]);
+  weights[BallNet::kOffset4] += static_cast<float>(more);
+}
+
+bool save(const std::string& path, std::span<const Example> examples, std::string& why) {
+  std::ofstream file(path, std::ios::binary);
+  for (const Example& e : examples) {
+    file.put(e.is_ball ? 1 : 0);
+    file.write(reinterpret_cast<const char*>(e.patch.value.data()), sizeof e.patch.value);
+  }
+  if (!file.flush()) return why = path + " cannot be written", false;
+  return true;
+}
+
+bool load(const std::string& path, std::vector<Example>& out, std::string& why) {
+  std::error_code error;
+  const auto bytes = std::filesystem::file_size(path, error);
+  constexpr std::size_t kEach = 1 + sizeof(soccer::BallPatch::value);
+  if (error || bytes % kEach != 0)
+    return why = path + ": no patches of " + std::to_string(kEach) + " bytes each", false;
+  std::ifstream file(path, std::ios::binary);
+  for (std::size_t i = 0; i < bytes / kEach; ++i) {
+    Example e;
+    e.is_ball = file.get() == 1;
+    file.read(reinterpret_cast<char*>(e.patch.value.data()), sizeof e.patch.value);
+    out.push_back(e);
+  }
+  if (!file) return why = path + " cannot be read", false;
+  return true;
 }
 
 std::string weights_source(const std::vector<float>& weights, const std::string& command) {

@@ -27,6 +27,10 @@ double fit_of(const Picture& p, double u, double v, double r) {
 
 }  // namespace
 
+double BallCandidates::fit(const Picture& picture, double u_px, double v_px, double radius_px) {
+  return fit_of(picture, u_px, v_px, radius_px);
+}
+
 void BallCandidates::add(const BallCandidate& c) {
   // One for each place: the better one stays.
   for (const bool remove : {false, true})

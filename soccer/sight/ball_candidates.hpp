@@ -22,6 +22,8 @@ class BallCandidates {
   void find(const Picture& picture, const GroundView& view, const FieldBorder& border, double ball_radius_m);
   /// The smallest size first; of each size the best first.
   std::span<const BallCandidate> all() const { return {candidate_.data(), count_}; }
+  /// BallCandidate::fit of any disc.
+  static double fit(const Picture& picture, double u_px, double v_px, double radius_px);
 
  private:
   void add(const BallCandidate& c);

@@ -6,7 +6,7 @@ namespace sinew::soccer {
 
 void take_patch(const Picture& picture, const CarpetLook& carpet, const BallCandidate& ball, BallPatch& out) {
   constexpr std::size_t kSide = BallPatch::kSide, kChroma = BallPatch::kChromaSide;
-  const double cell = 3 * ball.radius_px / kSide;
+  const double cell = BallPatch::kAcross * ball.radius_px / kSide;
   const int taps = cell > 2.5 ? 3 : cell > 1.2 ? 2 : 1;
   std::array<int, kSide * 3> xs{}, ys{};
   const auto places = [&](std::array<int, kSide * 3>& at, double middle, int most) {
@@ -46,6 +46,16 @@ void take_patch(const Picture& picture, const CarpetLook& carpet, const BallCand
     out.value[luma.size() + i] = 2.5F * (u[i] / l - base_u);
     out.value[luma.size() + u.size() + i] = 2.5F * (v[i] / l - base_v);
   }
+  const double half = 0.5 * BallPatch::kAcross * ball.radius_px;
+  const auto inside = [half](double middle, double most) {
+    return std::max(0.0, std::min(most, middle + half) - std::max(0.0, middle - half)) / (2 * half);
+  };
+  const double beyond = 1 - inside(ball.u_px, picture.width() - 1.0) * inside(ball.v_px, picture.height() - 1.0);
+  float* const fact = &out.value[BallPatch::kValues - BallPatch::kFacts];
+  fact[0] = static_cast<float>(2 * ball.fit - 1);
+  fact[1] = static_cast<float>(4 * math::log(ball.radius_px / ball.expected_px));
+  fact[2] = static_cast<float>(0.7 * math::log(ball.expected_px / 12));
+  fact[3] = static_cast<float>(beyond);
 }
 
 }  // namespace sinew::soccer

@@ -6,6 +6,8 @@ namespace sinew::soccer {
 namespace {
 
 constexpr double kNear_m = 4;
+constexpr double kBlack = 16;                                             // luma below which chroma is noise
+constexpr double kDarkest = 6;                                            // luma of samples
 constexpr std::size_t kMostSamples = 320 * 240;                           // each second pixel of 640 x 480
 constexpr std::uint32_t kSamples = 60;                                    // of the picture's width
 constexpr double kChromaStep = 0.015, kLumaStep = 6, kSpreadStep = 0.01;  // of the table's look
@@ -13,17 +15,18 @@ constexpr double kChromaStep = 0.015, kLumaStep = 6, kSpreadStep = 0.01;  // of 
 /// What any carpet looks like in any light that people play in: more green than red, and not blue.
 bool may_be_carpet(double u, double v) { return v < -0.07 && u < 0.06; }
 
-double share(unsigned chroma, double luma) { return (static_cast<double>(chroma) - 128) / (luma + kLumaOffset); }
+/// Of four values of chroma.
+double share(unsigned chroma4, double luma) { return (0.25 * chroma4 - 128) / (luma + kLumaOffset); }
 
 Colour classify(const CarpetLook& c, double y, double du, double dv) {
   const double scale = 1 / (y + kLumaOffset), u = du * scale, v = dv * scale;
   // A cell is 4 wide and pixels are noisy: in the dark the shares are less sure.
-  const double sure = 2.2 * c.spread + 0.035 + 3.0 * scale;
+  const double sure = 4 * c.spread + 0.035 + 3.0 * scale;
   // Chroma is in proportion to luma; its share of y + kLumaOffset falls in the dark.
   const double dim = (c.luma + kLumaOffset) / c.luma * y * scale;
   const double off_u = u - c.u * dim, off_v = v - c.v * dim, off2 = off_u * off_u + off_v * off_v;
   const double grey2 = u * u + v * v;
-  if (y < 0.22 * c.luma && grey2 < 0.5) return Colour::dark;
+  if (y < std::min(0.22 * c.luma, kBlack) && grey2 < 0.5) return Colour::dark;
   if (off2 < sure * sure && off2 < grey2 && y < 2.2 * c.luma + 10) return Colour::carpet;
   if (v > 0.30 && u > -0.42) return Colour::red;
   if (u > 0.24 && v < 0.12) return Colour::blue;
@@ -71,19 +74,23 @@ bool CarpetMeter::measure(const vision::ImageView& image, const GroundView& view
       if (!p) continue;
       const double dx = p->x_m - view.camera_m().x, dy = p->y_m - view.camera_m().y;
       if (dx * dx + dy * dy > kNear_m * kNear_m) continue;
-      const std::uint8_t* pair = row + std::size_t{x} * 2;
-      const double luma = 0.5 * (pair[0] + pair[2]);
+      // Two pairs in each of two rows: in the dark one alone is mostly noise.
+      const std::uint8_t *a = row + std::size_t{x & ~1U} * 2,
+                         *b = y + 1 < image.height ? image.row(y + 1) + (a - row) : a;
+      const std::size_t next = x + 3 < image.width ? 4 : 0;
+      const auto sum = [&](std::size_t i) { return a[i] + a[i + next] + b[i] + b[i + next]; };
+      const Sample s{static_cast<std::uint16_t>(sum(0) + sum(2)), static_cast<std::uint16_t>(sum(1)),
+                     static_cast<std::uint16_t>(sum(3))};
       ++asked;
-      if (luma < 12 || luma > 235) continue;
-      const double u = share(pair[1], luma), v = share(pair[3], luma);
-      if (may_be_carpet(u, v) && sample_.size() < kMostSamples)
-        sample_.push_back({static_cast<std::uint16_t>(pair[0] + pair[2]), pair[1], pair[3]});
+      if (luma_of(s) < kDarkest || luma_of(s) > 235) continue;
+      if (may_be_carpet(share(s.u4, luma_of(s)), share(s.v4, luma_of(s))) && sample_.size() < kMostSamples)
+        sample_.push_back(s);
     }
   }
   const auto each = [&](const auto& use) {
     for (const Sample& s : sample_) {
-      const double luma = 0.5 * s.luma2;
-      use(luma, share(s.u, luma), share(s.v, luma));
+      const double luma = luma_of(s);
+      use(luma, share(s.u4, luma), share(s.v4, luma));
     }
   };
   const auto cell = [](double s) { return std::clamp(static_cast<int>(s * 64 + 48), 0, 63); };
@@ -92,13 +99,19 @@ bool CarpetMeter::measure(const vision::ImageView& image, const GroundView& view
   if (asked < 40) return false;
   std::uint32_t most = 0;
   int at_u = 0, at_v = 0;
-  for (int u = 1; u < 63; ++u)
-    for (int v = 1; v < 63; ++v) {
-      std::uint32_t sum = 0;
-      for (int i = -1; i <= 1; ++i)
-        for (int k = -1; k <= 1; ++k) sum += count_[static_cast<std::size_t>((u + i) * 64 + v + k)];
-      if (sum > most) most = sum, at_u = u, at_v = v;
-    }
+  // In the dark the noise is wide: a wider place then.
+  for (const int half : {1, 3}) {
+    most = 0;
+    for (int u = half; u < 64 - half; ++u)
+      for (int v = half; v < 64 - half; ++v) {
+        if (count_[static_cast<std::size_t>(u * 64 + v)] == 0) continue;
+        std::uint32_t sum = 0;
+        for (int i = -half; i <= half; ++i)
+          for (int k = -half; k <= half; ++k) sum += count_[static_cast<std::size_t>((u + i) * 64 + v + k)];
+        if (sum > most) most = sum, at_u = u, at_v = v;
+      }
+    if (most * 8 >= asked) break;
+  }
   if (most * 8 < asked) return false;
   double mid_u = (at_u - 47.5) / 64, mid_v = (at_v - 47.5) / 64;
   double n = 0, luma_sum = 0, spread2 = 0;

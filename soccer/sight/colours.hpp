@@ -60,9 +60,10 @@ class CarpetMeter {
 
  private:
   struct Sample {
-    std::uint16_t luma2;  // of two pixels, added
-    std::uint8_t u, v;
+    std::uint16_t luma8, u4, v4;  // so many, added
   };
+  static double luma_of(const Sample& s) { return 0.125 * s.luma8; }
+
   std::array<std::uint16_t, 64 * 64> count_{};
   std::vector<Sample> sample_;  // of the ground, of a colour that a carpet may have
 };

@@ -26,6 +26,11 @@ void Sight::declare(rt::Declaration& d) {
   d.param("heading_sigma_rad", options_.errors.heading_rad,
           {.unit = "rad", .min = 0, .max = 0.3, .doc = "how sure the camera's heading is, against the body"});
   d.param("pixel_sigma_px", options_.errors.pixel_px, {.unit = "px", .min = 0.1, .max = 20, .doc = "of an edge"});
+  d.param("carpet_luma", start_.luma,
+          {.min = 6, .max = 235, .doc = "of the carpet, until a picture shows it: sinew-sight colours measures it"});
+  d.param("carpet_u", start_.u, {.min = -0.5, .max = 0.06, .doc = "its chroma u, as a share of luma + 16"});
+  d.param("carpet_v", start_.v, {.min = -0.6, .max = -0.07, .doc = "its chroma v, likewise"});
+  d.param("carpet_spread", start_.spread, {.min = 0.001, .max = 0.2, .doc = "standard deviation of these"});
   d.state(carpet_);
 }
 
@@ -34,7 +39,7 @@ hal::Status Sight::configure(rt::Setup&) {
   return {};
 }
 
-void Sight::reset() { carpet_ = {}; }
+void Sight::reset() { carpet_ = start_; }
 
 rt::StepStatus Sight::step(const rt::Step& step) noexcept {
   const msg::CameraPose* pose = pose_.get();

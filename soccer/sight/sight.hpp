@@ -30,6 +30,7 @@ class Sight final : public rt::Module {
   vision::CameraParameters camera_;
   SightOptions options_;
   std::int64_t number_ = 0;
+  CarpetLook start_;
   std::unique_ptr<FieldSight> look_;
 
   CarpetLook carpet_;  // state

@@ -8,6 +8,7 @@ namespace {
 constexpr double kPostWide_m = 0.1, kPostHigh_m = 1.2, kRobotHigh_m = 0.5;
 constexpr double kNearest_m = 0.25;  // nearer is the robot itself
 constexpr double kGap = 0.22;  // between a body and its legs, of the height of the camera over the body's lower edge
+constexpr double kThinnest_m = 0.06, kWidestRobot_m = 0.75;
 constexpr int kMostColumns = 640;
 
 }  // namespace
@@ -56,6 +57,11 @@ void Uprights::find(const Picture& picture, const GroundView& view, const FieldB
     add(picture, view, border, i * pitch, end * pitch - 1, lowest);
     i = end;
   }
+  // What goes on below the picture is nowhere on the ground; what is too thin is none.
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < count_; ++i)
+    if (thing_[i].is_post || (!thing_[i].is_cut && thing_[i].wide_m >= kThinnest_m)) thing_[kept++] = thing_[i];
+  count_ = kept;
 }
 
 void Uprights::find_posts(const Picture& picture, const GroundView& view, const FieldBorder& border,
@@ -119,7 +125,6 @@ void Uprights::find_posts(const Picture& picture, const GroundView& view, const 
 void Uprights::add(const Picture& picture, const GroundView& view, const FieldBorder& border, int x0, int x1,
                    int foot) {
   const int h = picture.height();
-  if (foot >= h - 2) return;  // its foot is below the picture
   const double middle = 0.5 * (x0 + x1);
   const auto feet = view.ground(middle, foot + 0.5);
   if (!feet || math::hypot(feet->x_m, feet->y_m) < kNearest_m) return;
@@ -128,6 +133,7 @@ void Uprights::add(const Picture& picture, const GroundView& view, const FieldBo
   const double px_per_m = view.camera().fx_px / at.depth_m;
   Thing t;
   t.feet = *feet;
+  t.px_per_m = px_per_m, t.is_cut = foot >= h - 2;
   t.u0_px = x0, t.u1_px = x1, t.foot_px = foot;
   t.wide_m = (x1 - x0 + 1) / px_per_m;
   // Colours of a box as high as a robot.
@@ -148,21 +154,23 @@ void Uprights::add(const Picture& picture, const GroundView& view, const FieldBo
   t.red = static_cast<double>(red) / all;
   // Most of a robot, and little of a line.
   const double coloured = static_cast<double>(body) / std::max(1, inside);
-  if (coloured < 0.4 || t.wide_m < 0.06 || foot - edge < 4.0 * h / 240) return;
+  if (coloured < 0.4 || foot - edge < 4.0 * h / 240) return;
   t.confidence = 0.15 + 0.45 * coloured;  // about half of such things are robots: docs/soccer-vision.md
-  // Legs and bodies of one robot: columns beside each other.
+  // Legs, body and arms of one robot: columns beside each other, at the scale of the part that is nearer, whose foot
+  // is the robot's.
   for (std::size_t i = 0; i < count_; ++i) {
     Thing& o = thing_[i];
+    const double scale = std::max(px_per_m, o.px_per_m);
     const double gap = std::max(t.u0_px - o.u1_px, o.u0_px - t.u1_px);
     const double wide = std::max(t.u1_px, o.u1_px) - std::min(t.u0_px, o.u0_px);
-    if (o.is_post || gap > 0.12 * px_per_m + 2 || wide > 0.75 * px_per_m) continue;
+    if (o.is_post || gap > 0.12 * scale + 2 || wide > kWidestRobot_m * scale) continue;
     const double share = (t.u1_px - t.u0_px + 1) / (o.u1_px - o.u0_px + t.u1_px - t.u0_px + 2);
-    o.foot_px = std::max(o.foot_px, t.foot_px);
+    o.foot_px = std::max(o.foot_px, t.foot_px), o.is_cut = o.is_cut || t.is_cut, o.px_per_m = scale;
     o.u0_px = std::min(o.u0_px, t.u0_px), o.u1_px = std::max(o.u1_px, t.u1_px);
     const auto both = view.ground(0.5 * (o.u0_px + o.u1_px), o.foot_px + 0.5);
     if (both) o.feet = *both;
     o.dark += share * (t.dark - o.dark), o.blue += share * (t.blue - o.blue), o.red += share * (t.red - o.red);
-    o.wide_m = wide / px_per_m;
+    o.wide_m = wide / scale;
     o.confidence = std::max(o.confidence, t.confidence);
     return;
   }

@@ -16,9 +16,10 @@ class Uprights {
   struct Thing {
     GroundXy feet;
     double u0_px = 0, u1_px = 0, foot_px = 0;  // its columns, and the row of its foot
-    double wide_m = 0;
+    double wide_m = 0, px_per_m = 0;
     double dark = 0, blue = 0, red = 0;  // shares of its pixels
     bool is_post = false;
+    bool is_cut = false;  // its foot is below the picture: only while things are put together
     double confidence = 0;
   };
   static constexpr std::size_t kMost = 16;
