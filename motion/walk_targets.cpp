@@ -44,10 +44,13 @@ Walk::KickOffset Walk::kick_offset() const {
   const double along_m = now.along * p.strike_m, tip_rad = p.tip_rad * now.along, up_m = now.up * p.lift_m;
   const double lean_rad = p.lean_back_rad * now.along;
   const auto about = [](const math::Vec3& axis, double rad) { return math::Quat::from_axis_angle(axis, rad); };
-  if (kick_way_ == KickWay::forward)
-    return {{along_m, 0, up_m}, about({0, 1, 0}, -tip_rad), about({0, 1, 0}, -lean_rad)};
   const double side = sign(kick_foot_);
-  return {{0, side * along_m, up_m}, about({1, 0, 0}, side * tip_rad), about({1, 0, 0}, side * lean_rad)};
+  const bool ahead = kick_way_ == KickWay::forward;
+  const math::Vec3 axis =
+      ahead ? math::Vec3{0, -1, 0} : math::Vec3{side, 0, 0};  // a turn about it swings a leg to the ball
+  const math::Vec3 way = ahead ? math::Vec3{1, 0, 0} : math::Vec3{0, side, 0};
+  const math::Quat aim = about({0, 0, 1}, -side * p.aim_rad * now.along);
+  return {aim.rotate(along_m * way) + math::Vec3{0, 0, up_m}, aim * about(axis, tip_rad), about(axis, lean_rad)};
 }
 
 void Walk::write(double dt_s, std::span<double> targets_rad) {

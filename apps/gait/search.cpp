@@ -126,9 +126,10 @@ bool parse_number(std::string_view text, double& out) {
 
 std::vector<Searched> standard_numbers(const SearchFor& what) {
   if (what.kick && what.within_step) {
-    return {{"stretch", 1, 2.2},   {"back_m", -0.02, 0.12}, {"strike_m", 0.04, 0.25},
-            {"lift_m", 0, 0.05},   {"tip_rad", 0, 0.8},     {"lean_back_rad", -0.2, 0.5},
-            {"back_at", 0.1, 0.6}, {"hit_at", 0.3, 0.95},   {"hold", 0, 0.4}};
+    return {{"stretch", 1, 2.2},    {"back_m", -0.02, 0.12}, {"strike_m", 0.04, 0.25},
+            {"lift_m", 0, 0.05},    {"tip_rad", 0, 0.8},     {"lean_back_rad", -0.2, 0.5},
+            {"aim_rad", -0.3, 0.3}, {"back_at", 0.1, 0.6},   {"hit_at", 0.3, 0.95},
+            {"hold", 0, 0.4}};
   }
   if (what.kick) {
     const bool ahead = *what.kick == motion::KickWay::forward;
