@@ -27,6 +27,7 @@ constexpr double kLeastPose_s = 0.1, kMostPose_s = 3;
 constexpr const char* kTurn = "turn_from_left";
 constexpr double kCostPerS = 0.05;
 constexpr double kBadBlow_mps2 = 200;  // of a robot that falls over where it stands
+constexpr double kFallen = 4;          // a kick that misses counts 1
 constexpr double kWantedBall_mps = 1.4, kGoodBall_mps = 1.25, kTooSlow = 0.3, kGoodDirection_deg = 4,
                  kBadDirection_deg = 24;
 
@@ -270,7 +271,7 @@ double cost_of_kick(const GaitSetup& setup, const SearchOptions& o, std::uint64_
                     std::string& why) {
   const auto r = run_kick(setup, {seed, motion::kSides[i % 2], *o.kick, o.within_step}, why);
   if (!r) return math::kInf;
-  if (r->fell) return 1.5;
+  if (r->fell) return kFallen;
   if (!r->touched) return 1;
   const double off_deg = math::fabs(r->direction_deg) - kGoodDirection_deg;
   return std::max(0.0, 1 - r->speed_mps / kWantedBall_mps) + (r->speed_mps < kGoodBall_mps ? kTooSlow : 0) +

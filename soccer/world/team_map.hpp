@@ -22,7 +22,7 @@ struct TeamMapOptions {
   double least_confidence = 0.3;
   double own_eyes_s = 1;  // a ball that the robot saw so lately is not overruled by one mate alone
   double doubt_s = 10;    // so long a mate that the own eyes contradicted counts half where two balls are two
-  double feet_m = 0.25;  // a ball nearer than this before the robot is its own
+  double feet_m = 0.25;   // a ball nearer than this before the robot is its own
 };
 
 /// One ball that somebody believes in.
