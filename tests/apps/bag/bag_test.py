@@ -623,7 +623,7 @@ class Bag(unittest.TestCase):
             return out
 
         topics = {t["name"]: t for t in json.loads(topic("list", "--file", FLIGHT, "--json"))["topics"]}
-        self.assertEqual(len(topics), 16, "and nothing that is not a topic of the robot")
+        self.assertEqual(len(topics), 17, "and nothing that is not a topic of the robot")
         self.assertEqual((topics["imu.raw"]["writer"], topics["imu.raw"]["thread"]), ("imu", "stabilise"))
         self.assertRegex(topic("list", "--file", FLIGHT), r"(?m)^mixer.motors +sinew_msgs/msg/ActuatorCommand +mixer +stabilise ")
         self.assertIn("float64 height_m", topic("info", "--file", FLIGHT, "filter.state"))

@@ -501,7 +501,8 @@ class Team(Board):
         for seed, name in enumerate(self.NAMES):
             runs = self.on(name) / "data/runs"
             subprocess.run([SINEW, "run", f"{SOURCE}/robots/seesaw/seesaw.toml", "--virtual", "--duration", "2", "--seed", str(seed),
-                            "--runs", str(runs), "--quiet"], capture_output=True, check=False, cwd=self.board)
+                            "--runs", str(runs), "--quiet"], capture_output=True, check=False, cwd=self.board,
+                           env={k: v for k, v in os.environ.items() if k != "SINEW_RECORD"})
             for path in runs.rglob("*"):
                 if not path.is_symlink():
                     os.utime(path, (time.time() - 3600,) * 2)

@@ -245,7 +245,7 @@ class Tuned(InFolder):
     def test_what_is_wrong_is_named(self):
         for arguments, words in (
                 (["--param", "filter.gyro_noise=1:2:3", "--error", "tilt"], "1: a number from 1e-06 to 0.1"),
-                (["--param", "filter.gyro_nose=1", "--error", "tilt"], "filter has no parameter gyro_nose; it has: gyro_noise,"),
+                (["--param", "filter.gyro_nose=1", "--error", "tilt"], "filter has no parameter gyro_nose; it has: imus, gyro_noise,"),
                 (["--param", "filter.gyro_noise=0.01", "--error", "lean"], "--error lean: no output of a module has it"),
                 (["--param", "filter.gyro_noise=0.01", "--error", "x"], "--error x: may be filter.state."),
                 (["--param", "filter.gyro_noise=0.01", "--error", "pad_known"], "the truth does not have it"),
