@@ -13,7 +13,7 @@ using wire::SparkError;
 using wire::SparkSeen;
 
 SparkAgent::SparkAgent(const SparkJointMap& map, const kinematics::Body& body)
-    : map_(map), body_(body), sole_(plant::soles_of(body)) {}
+    : map_(map), sole_(plant::soles_of(body)) {}
 
 SparkError SparkAgent::take(std::string_view text) {
   if (const SparkError error = parse_spark_percepts(text, percepts_); error != SparkError::none) return error;

@@ -64,7 +64,6 @@ class SparkAgent {
 
  private:
   SparkJointMap map_;
-  const kinematics::Body& body_;
   std::array<std::optional<plant::Sole>, 2> sole_{};
   wire::SparkPercepts percepts_{};
   Felt felt_;
