@@ -427,11 +427,12 @@ TEST(RobotFile, ANameIsOneThatOtherProgramsCanAskFor) {
 }
 
 TEST(RobotFile, APlantIsAPlaceAndAWorldOneThatThereIs) {
-  EXPECT_THAT(problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"here\"\nworld = \"quda\"\n"),
-              UnorderedElementsAre(
-                  "robot.toml:3: sim.plant: \"here\": \"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"",
-                  "robot.toml:4: sim.world: \"quda\": the name of a world of sinew-sim: \"air_robot\", \"desk_head\", "
-                  "\"gripper\", \"soccer\", \"mixed\", \"quad\", \"seesaw\", \"simspark\", \"terrain\"; did you mean quad?"));
+  EXPECT_THAT(
+      problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"here\"\nworld = \"quda\"\n"),
+      UnorderedElementsAre(
+          "robot.toml:3: sim.plant: \"here\": \"auto\", \"unix:PATH\" or \"tcp:HOST:PORT\"",
+          "robot.toml:4: sim.world: \"quda\": the name of a world of sinew-sim: \"air_robot\", \"desk_head\", "
+          "\"gripper\", \"soccer\", \"mixed\", \"quad\", \"seesaw\", \"simspark\", \"terrain\"; did you mean quad?"));
   EXPECT_THAT(problems_of("robot = { name = \"r\", board = \"sim\" }\n[sim]\nplant = \"unix:/tmp/p\"\n"), IsEmpty());
 }
 
