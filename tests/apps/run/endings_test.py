@@ -142,11 +142,10 @@ class Run:
                               capture_output=True, text=True, env=self.env)
         return json.loads(done.stdout)["message"]["phase"] if done.returncode == 0 and done.stdout else -1
 
-    def reach(self, phase):
-        """Virtual time: flies on in small pieces; the plant is stopped when this returns, or the run has ended (which
-        only a run to TOUCHDOWN may)."""
-        plant = self.plant()
-        until(lambda: self.phase() >= 0 or self.process.poll() is not None, "it does not begin")
+    def reach(self, phase, plant=None):
+        """Virtual time: flies on in small pieces; the plant is stopped when this returns, or the run has ended: None. A
+        whole flight takes less than a second, which a busy machine may be away from this test."""
+        plant = plant or self.plant()
         while self.process.poll() is None:
             try:
                 os.kill(plant, signal.SIGSTOP)
@@ -157,8 +156,8 @@ class Run:
             except ProcessLookupError:  # the run has just ended, and its plant with it
                 self.process.wait(timeout=LIMIT_S)
                 break
-            time.sleep(0.02 if now == DESCEND else 0.04 if now >= phase - 2 else 0.1)  # its whole flight takes a second
-        self.test.assertEqual(phase, TOUCHDOWN, self.said())
+            time.sleep(0.02 if now == DESCEND else 0.04 if now < 0 or now >= phase - 2 else 0.1)
+        return None
 
     def fly_until(self, phase):
         """Real time."""
@@ -220,6 +219,16 @@ class VirtualTime(unittest.TestCase):
     def run_(self, *arguments, **how):
         return Run(self, "--virtual", *arguments, **how)
 
+    def stopped_in(self, phase, *arguments, **how):
+        """A run whose plant is stopped in this phase, and that plant: runs that ended before they could be stopped are
+        flown again."""
+        for _ in range(10):
+            run = self.run_(*arguments, **how)
+            plant = run.reach(phase)
+            if plant is not None:
+                return run, plant
+        raise AssertionError(f"it is never stopped in phase {phase}: {run.said()}")
+
     def test_a_plant_that_dies_while_it_starts_is_named_and_nothing_has_begun(self):
         run = self.run_()
         os.kill(run.plant(), signal.SIGKILL)
@@ -228,25 +237,27 @@ class VirtualTime(unittest.TestCase):
     def test_a_plant_that_dies_in_flight_is_named_with_the_time_and_the_run_is_none(self):
         for phase in (CLIMB, DESCEND):
             with self.subTest(phase=phase):
-                run = self.run_()
-                os.kill(run.reach(phase), signal.SIGKILL)
+                run, plant = self.stopped_in(phase)
+                os.kill(plant, signal.SIGKILL)
                 run.expect_a_dead_plant(run.end(1), r"died \(signal 9\)")
 
     def test_a_plant_that_is_stopped_is_told_while_it_lasts_and_costs_no_byte(self):
         undisturbed = self.run_("--verbose")
         hashes = re.findall(r"^hash .*", undisturbed.end(0), re.M)
         self.assertGreater(len(hashes), 10)
-        run = self.run_("--verbose")
-        plant = run.reach(CLIMB)
+        run, plant = self.stopped_in(CLIMB, "--verbose")
         run.wait_for("no grant from the simulator for 5 s; it is stopped; Ctrl-C ends the run")
         os.kill(plant, signal.SIGCONT)
         run.wait_for("the simulator goes on after ")
-        os.kill(run.reach(DESCEND), signal.SIGCONT)
-        os.kill(run.process.pid, signal.SIGSTOP)  # nor does a runtime that is stopped
-        os.kill(run.process.pid, signal.SIGCONT)
         said = run.end(0)
         self.assertEqual(re.findall(r"^hash .*", said, re.M), hashes)
         self.assertRegex(said, r"(?m)^ +[0-9.]+ s  the simulator goes on after [0-9.]+ s$")
+
+        run, plant = self.stopped_in(DESCEND, "--verbose")
+        os.kill(run.process.pid, signal.SIGSTOP)  # nor does a runtime that is stopped
+        os.kill(plant, signal.SIGCONT)
+        os.kill(run.process.pid, signal.SIGCONT)
+        self.assertEqual(re.findall(r"^hash .*", run.end(0), re.M), hashes)
 
     def test_a_signal_ends_a_run_whose_plant_is_stopped_while_it_starts(self):
         run = self.run_()
@@ -273,14 +284,13 @@ class VirtualTime(unittest.TestCase):
                 self.assertIn("the simulator is stopped, and was killed", said)
 
     def test_sinew_stop_ends_a_run_whose_plant_is_stopped(self):
-        run = self.run_()
-        run.reach(CLIMB)
+        run, _ = self.stopped_in(CLIMB)
         subprocess.run([SINEW, "stop"], env=run.env, check=True, timeout=LIMIT_S, stdout=subprocess.DEVNULL)
         self.assertRegex(run.end(1, SOON_S), r"(?m)^mission   .*stopped at \d+\.\d s")
 
     def test_ctrl_c_at_a_terminal_is_an_interruption_not_a_death_and_leaves_a_whole_recording(self):
-        run = self.run_(recorded=True)
-        os.kill(run.reach(CLIMB), signal.SIGCONT)
+        run, plant = self.stopped_in(CLIMB, recorded=True)
+        os.kill(plant, signal.SIGCONT)
         os.killpg(run.process.pid, signal.SIGINT)  # a terminal sends it to all
         said = run.end(1, SOON_S)
         self.assertRegex(said, r"(?m)^mission   .*interrupted at \d+\.\d s")
@@ -290,15 +300,16 @@ class VirtualTime(unittest.TestCase):
         self.assertTrue(json.loads(subprocess.check_output([SINEW, "bag", "info", recording[0], "--json"]))["whole"])
 
     def test_a_plant_does_not_outlive_a_runtime_that_is_killed_not_even_when_it_is_stopped(self):
-        run = self.run_()
-        run.reach(CLIMB)
+        run, _ = self.stopped_in(CLIMB)
         os.kill(run.process.pid, signal.SIGKILL)
         run.end(-signal.SIGKILL, killed=True)
 
     def test_a_foreign_plant_that_dies_has_closed_the_connection(self):
-        plant = Foreign(self, "--lockstep")
-        run = self.run_("--plant", plant.endpoint)
-        until(lambda: run.phase() >= CLIMB, "it does not fly")
+        for _ in range(10):
+            plant = Foreign(self, "--lockstep")
+            run = self.run_("--plant", plant.endpoint)
+            if run.reach(CLIMB, plant.process.pid) is not None:
+                break
         plant.process.kill()
         run.expect_a_dead_plant(run.end(1), "closed the connection")
 
@@ -329,8 +340,8 @@ class VirtualTime(unittest.TestCase):
                         break
 
     def test_a_recording_names_the_end_of_its_run_as_the_run_did(self):
-        run = self.run_(recorded=True)
-        os.kill(run.reach(0), signal.SIGKILL)  # from its first message on
+        run, plant = self.stopped_in(0, recorded=True)  # from its first message on
+        os.kill(plant, signal.SIGKILL)
         said = run.end(1)
         recording = f"{run.folder}/runs/latest/run.mcap"
         end = json.loads(subprocess.check_output([SINEW, "bag", "info", recording, "--json"]))["result"]["end"]
