@@ -16,7 +16,7 @@ void ErrorStateFilter::declare(rt::Declaration& d) {
   d.in("motion", motion_, {.depth = 4, .optional = true});
   d.in("motors", motors_, {.optional = true, .previous = true});
   d.out("state", state_);
-  d.out("report", report_);
+  d.out("report", report_, {.usual_period = NavEstimator::kReportEvery});
   d.state(estimator_, others_, selector_);
   d.param("imus", imus_, {.unit = "1", .min = 1, .max = 3, .doc = "IMUs that are bound: imu, imu2, imu3"});
   declare_sensors(d);

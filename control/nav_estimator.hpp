@@ -81,8 +81,9 @@ class NavEstimator {
   void add_mag(const msg::MagSample& s);
   /// Velocity over ground divided by the height: needs a height.
   void add_motion(const msg::GroundMotion& s);
-  /// True when a report is due: something jumped, or a tenth of a second has gone by outdoors. Call it after the
-  /// messages of a step.
+  static constexpr msg::Duration kReportEvery = std::chrono::milliseconds(100);
+  /// True when a report is due: something jumped, or kReportEvery has gone by outdoors. Call it after the messages of a
+  /// step.
   bool take_report(msg::NavReport& report);
   /// How well the forecasts fit the outdoor sources: mean of their newest test ratios; 0 while there are none.
   double fit() const;

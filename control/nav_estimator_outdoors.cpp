@@ -8,7 +8,6 @@ namespace {
 using msg::NavResetCause;
 using msg::NavSource;
 
-constexpr double kReportEvery_s = 0.1;
 constexpr double kLargeStep_m = 0.5, kLargeStep_mps = 0.5, kLargeStep_rad = 0.1;
 constexpr double kFirstMag_s = 0.3;         // averaged for the first heading
 constexpr double kStrangeField = 0.35;      // of the model's strength: iron nearby, no first heading from it
@@ -509,7 +508,7 @@ void NavEstimator::add_motion(const msg::GroundMotion& s) {
 
 bool NavEstimator::take_report(msg::NavReport& report) {
   if ((out_.active == 0 && out_.report_due == 0) || !started_) return false;
-  if (out_.report_due == 0 && msg::seconds(last_imu_ - out_.last_report) < kReportEvery_s) return false;
+  if (out_.report_due == 0 && last_imu_ - out_.last_report < kReportEvery) return false;
   const InertialState& x = filter_.state();
   const Covariance& p = filter_.covariance();
   msg::NavReport& r = out_.report;

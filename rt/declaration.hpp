@@ -36,6 +36,7 @@ struct QueueOptions {
 struct OutOptions {
   std::uint32_t burst = 1;     // loans in one step
   std::uint32_t channels = 0;  // an ActuatorCommand always has so many; 0: its parameters or inputs decide
+  Duration usual_period{};     // written about once in this time, not in each step: history and rates follow it
 };
 
 struct RawOptions {
@@ -78,6 +79,7 @@ class Declaration {
     bool previous = false;
     bool supervises = false;
     std::uint32_t channels = 0;   // output: OutOptions::channels
+    Duration usual_period{};      // output: OutOptions::usual_period; 0: in each step
     Duration expires{INT64_MAX};  // latest: older messages are not there; set by the graph (ModuleSpec::max_age)
 
     bool is_input() const { return kind == PortKind::latest || kind == PortKind::queue; }
@@ -109,6 +111,7 @@ class Declaration {
   void out(std::string_view name, Out<M>& port, const OutOptions& o = {}) {
     ports.push_back({std::string(name), PortKind::output, &msg::type_info<M>(), nullptr, &port, 0, o.burst});
     ports.back().channels = o.channels;
+    ports.back().usual_period = o.usual_period;
   }
   void out(std::string_view name, AnyOut& port, const OutOptions& o = {}) {
     ports.push_back({std::string(name), PortKind::output, nullptr, nullptr, &port, 0, o.burst});

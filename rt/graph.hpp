@@ -119,7 +119,8 @@ class Graph {
   const hal::SharedMemory* memory() const { return memory_.get(); }
   /// On which other programs sleep; null: ordinary memory.
   OutsideBells* bells() { return bells_.get(); }
-  /// Cycles per second of a topic's writer, from the periods that release it; 0: a device releases it, or not known.
+  /// Messages per second of a topic: cycles of its writer, from the periods that release it, or
+  /// OutOptions::usual_period where that is longer; 0: a device releases the writer, or not known.
   double planned_rate_hz(std::uint32_t topic) const;
   /// The slots of a topic, term by term.
   SlotSum slots(std::uint32_t topic) const { return plan_->slots(topic_ids_[topic]); }

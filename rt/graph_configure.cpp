@@ -142,7 +142,10 @@ hal::Status Graph::make_segment(const ConfigureOptions& options) {
 }
 
 double Graph::planned_rate_hz(std::uint32_t topic) const {
-  return thread_rates_hz()[modules_[topics_[topic].writer].thread];
+  const GraphModule& writer = modules_[topics_[topic].writer];
+  const double steps_hz = thread_rates_hz()[writer.thread];
+  const Duration usual = writer.declaration.ports[topics_[topic].port].usual_period;
+  return usual > Duration{0} ? std::min(steps_hz, 1 / msg::seconds(usual)) : steps_hz;
 }
 
 std::vector<double> Graph::thread_rates_hz() const {

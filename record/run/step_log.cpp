@@ -59,12 +59,13 @@ const std::uint32_t* get(const std::uint32_t* from, T& value) {
 double cycles_per_s(const rt::Graph& graph, const rt::GraphThread& thread) {
   constexpr double kDevice_hz = 100;
   if (thread.spec.period.count() > 0) return 1 / msg::seconds(thread.spec.period);
+  double most_hz = 0;
   for (std::uint32_t topic = 0; topic < graph.topics().size(); ++topic) {
     const std::uint32_t writer = graph.topics()[topic].writer;
     const bool ours = std::find(thread.modules.begin(), thread.modules.end(), writer) != thread.modules.end();
-    if (const double hz = ours ? graph.planned_rate_hz(topic) : 0; hz > 0) return hz;
+    if (ours) most_hz = std::max(most_hz, graph.planned_rate_hz(topic));
   }
-  return kDevice_hz;
+  return most_hz > 0 ? most_hz : kDevice_hz;
 }
 
 constexpr std::uint32_t kUpdated = 0x80000000, kList = 0x40000000, kCount = 0x3FFFFFFF;

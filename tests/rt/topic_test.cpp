@@ -6,8 +6,8 @@
 #include <cstring>
 #include <limits>
 
+#include "graph_fixture.hpp"
 #include "msg/image.hpp"
-#include "topic_fixture.hpp"
 
 namespace sinew::rt::topic_test {
 namespace {
@@ -465,6 +465,30 @@ TEST_F(Topic, SegmentCanBeReadByOffsetsAlone) {
   Pair message;
   std::memcpy(&message, base + topic.slots + slot * topic.slot_stride + sizeof slot_header, sizeof message);
   EXPECT_EQ(message.number, 2U);
+}
+
+class Writer final : public Module {
+ public:
+  void declare(Declaration& d) override {
+    d.out("often", often_);
+    d.out("seldom", seldom_, {.usual_period = 100ms});
+  }
+  StepStatus step(const Step&) noexcept override { return StepStatus::ok; }
+
+ private:
+  Out<Pair> often_, seldom_;
+};
+
+TEST(TopicHistory, HoldsHalfASecondOfWhatTheWriterUsuallyWrites) {
+  Robot robot;
+  robot.add<Writer>("w");
+  robot.periodic("fast", 50, 1ms, {"w"});
+  const Graph& graph = robot.build();
+  const auto often = graph.find_topic("w.often"), seldom = graph.find_topic("w.seldom");
+  EXPECT_DOUBLE_EQ(graph.planned_rate_hz(often), 1000);
+  EXPECT_DOUBLE_EQ(graph.planned_rate_hz(seldom), 10);
+  EXPECT_EQ(graph.slots(often).keep, 501U);
+  EXPECT_EQ(graph.slots(seldom).keep, 6U);
 }
 
 }  // namespace

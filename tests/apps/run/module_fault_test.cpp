@@ -54,6 +54,7 @@ Outcome bounded(std::string why) { return {Outcome::Kind::bounded, std::move(why
 const char* const kValid =
     "numbers that could be true: no check can tell; the estimator's gates and the law's limits remain";
 const char* const kNoReader = "nobody reads it";
+const char* const kNoReport = "it is never written in a room";
 
 /// Faults of the module and silence of its one output come to the same.
 std::map<std::string, Outcome> without(const std::string& module, const std::string& output, const Outcome& o) {
@@ -73,6 +74,11 @@ std::map<std::string, Outcome> table() {
       {"filter_state_out_of_range", stops()},
       {"filter_state_too_fast", stops()},  // swings between quaternions that are none
       {"filter_state_bit_flipped", bounded(kValid)},
+      {"filter_report_silent", nothing(kNoReport)},
+      {"filter_report_not_a_number", nothing(kNoReport)},
+      {"filter_report_out_of_range", nothing(kNoReport)},
+      {"filter_report_too_fast", nothing(kNoReport)},
+      {"filter_report_bit_flipped", nothing(kNoReport)},
       {"attitude_wrench_not_a_number", stops()},
       {"attitude_wrench_out_of_range", stops()},
       {"attitude_wrench_too_fast", bounded(kValid)},
@@ -148,7 +154,7 @@ std::vector<Cell> all_cells() {
     if (m.guardian) continue;  // without it the lease and the parent act
     for (const Fault f : kModuleFaults) cells.push_back({m.spec.name, "", f});
     for (const auto& p : m.declaration.ports)
-      if (p.output && p.name != "report")  // of the filter, which has nothing to report in a room
+      if (p.output)
         for (const Fault f : kOutputFaults) cells.push_back({m.spec.name, p.name, f});
   }
   return cells;

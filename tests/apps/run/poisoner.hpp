@@ -75,8 +75,16 @@ class Poisoner final : public rt::DriverModule {
 
   bool acts(rt::Time now) const { return now >= plan_.from && now < plan_.until; }
 
+  /// Whether the module has written it in this step: what is left of the burst tells.
+  bool has_loaned() noexcept {
+    std::uint32_t left = 0;
+    while (Access::claim_more(*target_.output)) ++left;
+    for (std::uint32_t i = 0; i < left; ++i) Access::cancel_loan(*target_.output);
+    return left < target_.burst;
+  }
   /// A cancelled loan is the next to be claimed, with its content.
   void spoil_output(const rt::Step& step) noexcept {
+    if (!has_loaned()) return;
     Access::cancel_loan(*target_.output);
     if (plan_.fault == Fault::silent) return;
     spoil(Access::reclaim(*target_.output), step);
