@@ -9,6 +9,7 @@ namespace {
 constexpr std::uint32_t kSightingsToAnchor = 5;    // averaged into the position of the pad
 constexpr std::uint32_t kRefusedToReopen = 12;     // sightings in a row, about 0.4 s
 constexpr std::uint32_t kRefusedToNewGround = 15;  // ranges in a row
+constexpr double kRestOutdoors_s = 1.5;            // before rest corrects anything
 constexpr double kGroundMoves_s = 2;               // a third new ground within this time is not believed
 constexpr double kLostVelocity = 4;                // (m/s)^2: for a height that ran away
 constexpr double kSameGround_m = 0.3;              // ranges that differ by more do not show one new ground
@@ -109,7 +110,9 @@ Measurement NavEstimator::gravity_row(int axis, const math::Vec3& f, double sigm
 }
 
 void NavEstimator::use_rest() {
-  if (!motors_stopped_) return;
+  if (!motors_stopped_ || is_carried()) return;
+  // A steady push is as quiet as rest is; satellites tell them apart after a while.
+  if (out_.frame.known() && rest_.blocks_at_rest() * params.rest.block_s < kRestOutdoors_s) return;
   const InertialState& x = filter_.state();
   const math::Vec3 f = x.q_world_base.rotate(rest_.accel_mean_mps2() - x.accel_bias_mps2);
   std::array<Measurement, 8> rows;
@@ -396,7 +399,7 @@ msg::NavState NavEstimator::output() const {
                      (out_.active == 0 || out_.heading_valid != 0);
   n.pad_known = pad_known_;
   n.ground_seen = ground_seen();
-  n.at_rest = rest_.at_rest() && motors_stopped_;
+  n.at_rest = rest_.at_rest() && motors_stopped_ && !is_carried();
   return n;
 }
 

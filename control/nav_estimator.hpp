@@ -130,6 +130,8 @@ class NavEstimator {
   void align_heading(double turn_rad, double sigma_rad, msg::NavResetCause cause);
   void first_heading_by_mag();
   bool mag_unusable() const;
+  void note_motion(const math::Vec3& v_mps, double v_sigma);
+  bool is_carried() const;  // quiet inertial samples are no rest: satellites say that it moves
   void use_fix(const msg::GnssSample& s, msg::Time stamp);
   void use_fix_height(const msg::GnssSample& s, const math::Vec3& p_world_m, const PoseHistory::Pose& then);
   bool take_bank_heading(const math::Vec3& v_mps, const math::Vec3& p_m, double v_sigma, double p_sigma);

@@ -8,6 +8,8 @@ namespace {
 using msg::NavResetCause;
 using msg::NavSource;
 
+// A vehicle that is carried: the mean of its fixes is faster than a receiver's noise, each fix counting so much.
+constexpr double kMotion_mps = 0.2, kMotionShare = 0.3, kMotionFor_s = 1;
 constexpr double kLargeStep_m = 0.5, kLargeStep_mps = 0.5, kLargeStep_rad = 0.1;
 constexpr double kFirstMag_s = 0.3;         // averaged for the first heading
 constexpr double kStrangeField = 0.35;      // of the model's strength: iron nearby, no first heading from it
@@ -237,6 +239,7 @@ void NavEstimator::use_fix(const msg::GnssSample& s, msg::Time stamp) {
   const math::Vec3 v_gnss(s.velocity_mps), p_gnss = out_.frame.to_world(place);
   const bool has_velocity = is_finite(v_gnss);
   if (has_velocity) {
+    note_motion(v_gnss, v_sigma);
     out_.bank.add_velocity(stamp, v_gnss.x, v_gnss.y, v_sigma);
     out_.report.gnss_pulled = out_.pull.add(stamp, p_gnss, v_gnss, p_sigma, v_sigma);
   }
@@ -293,6 +296,19 @@ void NavEstimator::use_fix(const msg::GnssSample& s, msg::Time stamp) {
     state_of(NavSource::gnss_position).last_fused = last_imu_;
     announce(NavResetCause::gnss_return, 0, dp, {});
   }
+}
+
+void NavEstimator::note_motion(const math::Vec3& v_mps, double v_sigma) {
+  out_.mean_fix_mps += (v_mps - out_.mean_fix_mps) * kMotionShare;
+  if (norm(out_.mean_fix_mps) > kMotion_mps + v_sigma) out_.last_motion = last_imu_;
+}
+
+bool NavEstimator::is_carried() const {
+  if (out_.last_motion.ns != 0 && msg::seconds(last_imu_ - out_.last_motion) < kMotionFor_s) return true;
+  if (out_.active == 0 || lost(NavSource::gnss_velocity, kMotionFor_s)) return false;
+  const math::Vec3& v = filter_.state().v_world_mps;
+  const Covariance& p = filter_.covariance();
+  return norm(v) > kMotion_mps + 3 * math::sqrt(p.variance(kErrV) + p.variance(kErrV + 1) + p.variance(kErrV + 2));
 }
 
 /// Without a magnetometer that could give the first heading, or with one that came long ago and could not.

@@ -32,9 +32,11 @@ bool RestDetector::add(const math::Vec3& gyro_radps, const math::Vec3& accel_mps
   const bool calm = gyro_variance < p.gyro_spread_radps * p.gyro_spread_radps &&
                     accel_variance < p.accel_spread_mps2 * p.accel_spread_mps2 &&
                     largest(gyro_mean_) < p.gyro_mean_radps;
-  at_rest_ = calm && quiet_ != 0 && largest(gyro_step) < p.gyro_step_radps && largest(accel_step) < p.accel_step_mps2;
+  const bool rests =
+      calm && quiet_ != 0 && largest(gyro_step) < p.gyro_step_radps && largest(accel_step) < p.accel_step_mps2;
+  at_rest_ = rests ? at_rest_ + 1 : 0;
   quiet_ = calm;
-  return at_rest_;
+  return rests;
 }
 
 }  // namespace sinew::control

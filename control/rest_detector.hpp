@@ -21,6 +21,7 @@ class RestDetector {
   /// True when this sample ends a block at rest and the block before was at rest, too; mean() is then valid.
   bool add(const math::Vec3& gyro_radps, const math::Vec3& accel_mps2, double dt_s, const Params& params);
   bool at_rest() const { return at_rest_ != 0; }
+  std::uint32_t blocks_at_rest() const { return at_rest_; }  // one after the other
   const math::Vec3& gyro_mean_radps() const { return gyro_mean_; }
   const math::Vec3& accel_mean_mps2() const { return accel_mean_; }
 
@@ -31,7 +32,7 @@ class RestDetector {
   };
   Sums sums_;
   math::Vec3 gyro_mean_, accel_mean_;
-  std::uint32_t quiet_ = 0, at_rest_ = 0;  // bools would leave padding in a state
+  std::uint32_t quiet_ = 0, at_rest_ = 0;  // quiet_: bools would leave padding in a state
 };
 
 }  // namespace sinew::control

@@ -1,4 +1,5 @@
-// calibrate imu, joint, camera, camera-offset: measures how one robot differs, and writes it to its calibration file.
+// calibrate imu, joint, mag, camera, legs, camera-offset: measures how one robot differs, and writes it to its
+// calibration file.
 #include <fmt/format.h>
 #include <CLI/CLI.hpp>
 
@@ -9,6 +10,7 @@
 #include "apps/calibrate/commands.hpp"
 #include "apps/calibrate/imu_rest.hpp"
 #include "apps/calibrate/lens_command.hpp"
+#include "apps/calibrate/mag_command.hpp"
 #include "apps/command/number_check.hpp"
 
 namespace sinew::app {
@@ -173,6 +175,34 @@ void add_calibrate_command(CLI::App& app, CommandContext& context) {
       ->check(number(-1000, 1000))
       ->type_name("RAD")
       ->required();
+
+  const auto mag_options = std::make_shared<MagOptions>();
+  CLI::App& mag = *parent.add_subcommand(
+      "mag", "hard and soft iron of a magnetometer, from a recording in which the vehicle was turned about all axes");
+  mag.add_option("recording", mag_options->recording, "far from iron and from currents that change")
+      ->required()
+      ->type_name(kFileHint);
+  mag.add_option("--topic", mag_options->topic, "of the readings, if there are several")->type_name("TOPIC");
+  const auto field = mag.add_option("--field", mag_options->field_ut, "strength of the earth's field there, uT")
+                         ->check(number(15, 80))
+                         ->type_name("UT");
+  mag.add_option("--at", mag_options->at_deg, "or where it was, degrees; default: the first GNSS fix of the recording")
+      ->expected(2)
+      ->check(number(-180, 180))
+      ->type_name("LATITUDE LONGITUDE")
+      ->excludes(field);
+  mag.add_option("--year", mag_options->year, "and when, as 2026.9; default: when it was recorded")
+      ->check(number(1900, 2100))
+      ->type_name("YEAR")
+      ->excludes(field);
+  mag.add_option("--file", mag_options->file, "calibration file to write to; default: it is printed")
+      ->type_name(kFileHint);
+  mag.add_option("--params", mag_options->params, "write the numbers for `sinew run --params`, too")
+      ->type_name(kFileHint);
+  mag.add_flag("--json", mag_options->json, "as one JSON object");
+  mag.callback([&context, mag_options] {
+    context.action = [mag_options, &types = context.types] { return calibrate_mag(*mag_options, types); };
+  });
 
   const auto lens_options = std::make_shared<LensOptions>();
   CLI::App& lens = add_board_command(

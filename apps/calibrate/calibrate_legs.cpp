@@ -7,6 +7,7 @@
 #include <filesystem>
 
 #include "apps/bag/bag_file.hpp"
+#include "apps/calibrate/calibration_output.hpp"
 #include "apps/calibrate/lens_command.hpp"
 #include "apps/calibrate/recorded_stand.hpp"
 #include "apps/command/command.hpp"

@@ -5,6 +5,6 @@
 namespace sinew::app {
 
 void add_calibrate_command(CLI::App& app,
-                           CommandContext& context);  // calibrate imu, joint, camera, legs, camera-offset
+                           CommandContext& context);  // calibrate imu, joint, mag, camera, legs, camera-offset
 
 }  // namespace sinew::app

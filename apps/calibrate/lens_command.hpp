@@ -1,9 +1,7 @@
 #pragma once
-#include <cstdio>
 #include <string>
 #include <vector>
 
-#include "apps/robot_file/calibration.hpp"
 #include "rt/graph.hpp"
 
 namespace sinew::app {
@@ -27,12 +25,5 @@ struct LegsOptions {
 
 /// `calibrate legs`: zeros of joints and soles; the exit code.
 int calibrate_legs(const LegsOptions& o, const rt::ModuleTypes& types);
-
-inline void put_text(const std::string& text) { std::fwrite(text.data(), 1, text.size(), stdout); }
-
-/// What is there already; no file is an empty one. False after printing what is wrong with it.
-bool read_calibration(const std::string& file, Calibration& all);
-/// In one piece; without a file it is printed, unless `quiet`. The exit code.
-int write_calibration(const std::string& file, const std::string& robot, const Calibration& all, bool quiet);
 
 }  // namespace sinew::app

@@ -4,11 +4,10 @@
 #include <array>
 #include <cmath>
 
+#include "apps/bag/recorded_topic.hpp"
 #include "kinematics/limbs.hpp"
 #include "motion/sole_level.hpp"
-#include "msg/cdr.hpp"
 #include "msg/joints.hpp"
-#include "msg/ros2msg.hpp"
 #include "msg/sensors.hpp"
 
 namespace sinew::app {
@@ -20,38 +19,9 @@ constexpr double kOtherPose_px = 2;              // two such that differ by more
 constexpr std::int64_t kAround_ns = 60'000'000;  // of the first and the last picture: measured then, too
 
 template <class M>
-std::optional<std::string> only_topic(const record::Reader& reader, std::string& why) {
-  const msg::TypeInfo& type = msg::type_info<M>();
-  std::string found;
-  for (const auto& [id, channel] : reader.channels()) {
-    const auto schema = reader.schemas().find(channel.schema);
-    if (schema == reader.schemas().end() || schema->second.name != msg::ros2_name(type)) continue;
-    if (schema->second.data != msg::ros2msg_schema(type)) {
-      why = "topic " + channel.topic + ": recorded with another version of " + schema->second.name;
-      return std::nullopt;
-    }
-    if (!found.empty()) {
-      why = "it has several topics of " + msg::ros2_name(type) + ": " + found + ", " + channel.topic;
-      return std::nullopt;
-    }
-    found = channel.topic;
-  }
-  if (found.empty()) why = "it has no topic of " + msg::ros2_name(type);
-  return found.empty() ? std::nullopt : std::optional(found);
-}
-
-template <class M>
 std::vector<M> all_of(record::Reader& reader, const std::string& topic) {
   std::vector<M> all;
-  record::MessageReader messages = reader.messages({.topics = {topic}});
-  record::Message m;
-  for (record::Next next; (next = messages.next(m)) != record::Next::end;) {
-    if (next == record::Next::problem) continue;  // what is missing is missing: means are of what is there
-    M message{};
-    if (msg::cdr_decode(msg::type_info<M>(), {reinterpret_cast<const std::uint8_t*>(m.data.data()), m.data.size()},
-                        &message))
-      all.push_back(message);
-  }
+  each_of<M>(reader, topic, [&](const M& message) { all.push_back(message); });
   return all;
 }
 
@@ -103,9 +73,9 @@ std::optional<RecordedStand> read_stand(record::Reader& reader, const RobotFile&
     why = "no module of its robot file reads head_joints, left_leg_joints and right_leg_joints";
     return std::nullopt;
   }
-  const auto soles_topic = only_topic<msg::SolePressure>(reader, why);
+  const auto soles_topic = topic_of<msg::SolePressure>(reader, {}, why);
   if (!soles_topic) return std::nullopt;
-  const auto imu_topic = only_topic<msg::ImuSample>(reader, why);
+  const auto imu_topic = topic_of<msg::ImuSample>(reader, {}, why);
   if (!imu_topic) return std::nullopt;
 
   RecordedStand stand;

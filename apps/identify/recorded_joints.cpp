@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <limits>
 
+#include "apps/bag/recorded_topic.hpp"
 #include "apps/robot_file/robot_file.hpp"
-#include "msg/cdr.hpp"
 #include "msg/joints.hpp"
-#include "msg/ros2msg.hpp"
 
 namespace sinew::app {
 namespace {
@@ -17,51 +16,6 @@ constexpr double kPause_s = 1.5;     // a joint that stands for longer has ended
 constexpr double kLead_s = 0.5;      // cut out with what comes before
 constexpr double kShortest_s = 5;
 constexpr std::string_view kGuardian = "guardian.";
-
-/// The only topic of type M whose name begins with `prefix`, or the one that is named.
-template <class M>
-const record::Channel* channel_of(const record::Reader& reader, std::string_view prefix, const std::string& named,
-                                  const char* option, std::string& why) {
-  const msg::TypeInfo& type = msg::type_info<M>();
-  const record::Channel* found = nullptr;
-  std::string all;
-  for (const auto& [id, channel] : reader.channels()) {
-    const auto schema = reader.schemas().find(channel.schema);
-    if (schema == reader.schemas().end() || schema->second.name != msg::ros2_name(type) ||
-        !channel.topic.starts_with(prefix))
-      continue;
-    const std::string name = channel.topic.substr(prefix.size());
-    all += (all.empty() ? "" : ", ") + name;
-    if (!named.empty() && name != named) continue;
-    if (found) {
-      why = "it has several: " + all + "; choose one with " + option;
-      return nullptr;
-    }
-    found = &channel;
-    if (schema->second.data != msg::ros2msg_schema(type)) {
-      why = "topic " + channel.topic + ": recorded with another version of " + schema->second.name;
-      return nullptr;
-    }
-  }
-  if (!found)
-    why = named.empty()
-              ? "it has no topic of " + msg::ros2_name(type)
-              : std::string(option) + " " + named + ": there is none; it has: " + (all.empty() ? "none" : all);
-  return found;
-}
-
-template <class M, class Each>
-void each_of(record::Reader& reader, const std::string& topic, const Each& each) {
-  record::MessageReader messages = reader.messages({.topics = {topic}});
-  record::Message m;
-  for (record::Next next; (next = messages.next(m)) != record::Next::end;) {
-    if (next == record::Next::problem) continue;  // what is missing is missing: the fits take any times
-    M message{};
-    if (msg::cdr_decode(msg::type_info<M>(), {reinterpret_cast<const std::uint8_t*>(m.data.data()), m.data.size()},
-                        &message))
-      each(message);
-  }
-}
 
 std::vector<std::string> names_of(record::Reader& reader, const std::string& group, std::size_t count) {
   std::vector<std::string> names;
@@ -78,15 +32,15 @@ std::vector<std::string> names_of(record::Reader& reader, const std::string& gro
 
 std::optional<RecordedJoints> read_joints(record::Reader& reader, const std::string& group, const std::string& joints,
                                           std::string& why) {
-  const auto* commands = channel_of<msg::GuardianState>(reader, kGuardian, group, "--group", why);
+  const auto commands = topic_of<msg::GuardianState>(reader, {kGuardian, group, "--group"}, why);
   if (!commands) return std::nullopt;
-  const auto* states = channel_of<msg::JointState>(reader, "", joints, "--joints", why);
+  const auto states = topic_of<msg::JointState>(reader, {"", joints, "--joints"}, why);
   if (!states) return std::nullopt;
   RecordedJoints r;
-  r.group = commands->topic.substr(kGuardian.size());
+  r.group = commands->substr(kGuardian.size());
   std::optional<std::int64_t> start_ns;
   std::uint32_t count = 0;
-  each_of<msg::GuardianState>(reader, commands->topic, [&](const msg::GuardianState& g) {
+  each_of<msg::GuardianState>(reader, *commands, [&](const msg::GuardianState& g) {
     if (!start_ns) start_ns = g.stamp.ns;
     count = std::min<std::uint32_t>(std::max(count, g.count), msg::kMaxChannels);
     r.commands.resize(count);
@@ -102,11 +56,11 @@ std::optional<RecordedJoints> read_joints(record::Reader& reader, const std::str
     }
   });
   if (count == 0) {
-    why = "topic " + commands->topic + ": no commands went out";
+    why = "topic " + *commands + ": no commands went out";
     return std::nullopt;
   }
   r.time_s.resize(count), r.position_rad.resize(count), r.effort_nm.resize(count);
-  each_of<msg::JointState>(reader, states->topic, [&](const msg::JointState& s) {
+  each_of<msg::JointState>(reader, *states, [&](const msg::JointState& s) {
     for (std::size_t j = 0; j < std::min(count, s.count); ++j) {
       const std::int64_t at = s.measured[j].ns != 0 ? s.measured[j].ns : s.stamp.ns;
       const double t = 1e-9 * static_cast<double>(at - *start_ns);

@@ -301,6 +301,40 @@ TEST(NavOutdoors, PositionPulledSlowlyAwayFromItsOwnVelocityIsFoundOut) {
   EXPECT_LT(math::fabs(v.position_error().x), 0.5 * v.gnss_offset.x) << "of 20 m";
 }
 
+TEST(NavOutdoors, CarriedAtAConstantSpeedItIsNotAtRest) {
+  // On a boat or a car, motors off: the inertial samples are as quiet as on the ground.
+  Vehicle v;
+  v.stand(3);
+  v.nav.set_motors_stopped(true);
+  v.shake = 0.02;
+  v.run(5, [](double) { return Vec3{1, 0, 0}; });
+  v.worst_heading_rad = 0;
+  v.run(30, [](double) { return Vec3{}; });
+  EXPECT_FALSE(v.nav.output().at_rest);
+  EXPECT_LT(norm(Vec3(v.nav.output().v_world_mps) - v.v), 0.25);
+  EXPECT_LT(v.worst_heading_rad, 4 * kDegree);
+  EXPECT_LT(v.worst_step_m, 0.5);
+  v.run(3, [](double t) { return Vec3{t < 2.5 ? -2.0 : 0, 0, 0}; });
+  v.run(5, [&](double) { return v.v * -4.0; });
+  EXPECT_TRUE(v.nav.output().at_rest) << "and when it stands, it is";
+}
+
+TEST(NavOutdoors, PushedSteadilyBeforeItsHeadingIsKnownItIsNotAtRest) {
+  Vehicle v;
+  v.mag_on = false;
+  v.stand(5);
+  v.nav.set_motors_stopped(true);
+  v.shake = 0.02;
+  v.run(5, [](double) { return Vec3{1, 0, 0}; });
+  EXPECT_TRUE(v.last.heading_valid);
+  EXPECT_LT(v.heading_error(), 2 * v.last.heading_std_rad);
+  v.run(20, [](double t) { return Vec3{0, math::sin(0.5 * t), 0}; });
+  EXPECT_LT(v.heading_error(), 2.5 * v.last.heading_std_rad);
+  EXPECT_LT(v.last.heading_std_rad, 2 * kDegree);
+  const Vec3 up = v.q.conjugate().rotate({0, 0, 1});
+  EXPECT_GT(dot(v.nav.filter().state().q_world_base.conjugate().rotate({0, 0, 1}), up), math::cos(1.5 * kDegree));
+}
+
 TEST(NavOutdoors, PoorFixesAreNotUsed) {
   Vehicle v;
   v.stand(3);
