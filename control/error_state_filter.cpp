@@ -210,16 +210,14 @@ bool ErrorStateFilter::add_messages(NavEstimator& nav, const rt::InQueue<msg::Im
 }
 
 NavEstimator& ErrorStateFilter::choose_imu(const rt::Step& step) noexcept {
-  const rt::InQueue<msg::ImuSample>* const queues[] = {&imu_, &imu2_, &imu3_};
   const auto count = static_cast<std::uint32_t>(others_.size() + 1);
   const auto lane = [&](std::uint32_t i) -> NavEstimator& { return i == 0 ? estimator_ : others_[i - 1]; };
   for (std::uint32_t i = 0; i < count; ++i) {
     NavEstimator& nav = lane(i);
     if (i > 0) {
       nav.params = estimator_.params;
-      if (add_messages(nav, *queues[i]) && nav.started())
-        selector_.add_sample(i, step.now, math::Vec3(queues[i]->back().gyro_radps),
-                             math::Vec3(queues[i]->back().accel_mps2));
+      if (const auto& imu = queue_of(i); add_messages(nav, imu) && nav.started())
+        selector_.add_sample(i, step.now, math::Vec3(imu.back().gyro_radps), math::Vec3(imu.back().accel_mps2));
     } else if (!imu_.empty() && nav.started()) {
       selector_.add_sample(0, step.now, math::Vec3(imu_.back().gyro_radps), math::Vec3(imu_.back().accel_mps2));
     }
@@ -234,7 +232,7 @@ NavEstimator& ErrorStateFilter::choose_imu(const rt::Step& step) noexcept {
 rt::StepStatus ErrorStateFilter::step(const rt::Step& step) noexcept {
   const bool good = add_messages(estimator_, imu_);
   NavEstimator& nav = others_.empty() ? estimator_ : choose_imu(step);
-  if (imu_.empty() && (others_.empty() || &nav == &estimator_)) return rt::StepStatus::stale;
+  if (queue_of(others_.empty() ? 0 : selector_.chosen()).empty()) return rt::StepStatus::stale;
   if (!good && &nav == &estimator_) return rt::StepStatus::fault;  // no sample of this step could be used
   if (!nav.started()) return rt::StepStatus::stale;
   const msg::NavState n = nav.output();

@@ -35,6 +35,9 @@ class ErrorStateFilter final : public rt::Module {
   void declare_mag(rt::Declaration& d);
 
   bool add_messages(NavEstimator& nav, const rt::InQueue<msg::ImuSample>& imu) noexcept;
+  const rt::InQueue<msg::ImuSample>& queue_of(std::uint32_t imu) const {
+    return imu == 0 ? imu_ : imu == 1 ? imu2_ : imu3_;
+  }
   NavEstimator& choose_imu(const rt::Step& step) noexcept;
 
   rt::InQueue<msg::ImuSample> imu_, imu2_, imu3_;

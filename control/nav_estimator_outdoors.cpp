@@ -88,8 +88,16 @@ double NavEstimator::fit() const {
 
 void NavEstimator::announce_imu(std::uint32_t imu, const NavEstimator& before) {
   const InertialState &now = filter_.state(), &old = before.filter_.state();
-  out_.report.resets = before.out_.report.resets;
+  // Its own jumps before were never published; one of the other in this same step was neither, and is a part of this
+  // one.
+  const msg::NavReport& r = before.out_.report;
+  out_.report_due = before.out_.report_due;
+  out_.report.reset_yaw_rad = r.reset_yaw_rad;
+  out_.report.reset_p_world_m = r.reset_p_world_m;
+  out_.report.reset_v_world_mps = r.reset_v_world_mps;
+  out_.report.resets = r.resets;
   out_.report.imu = imu;
+  out_.report.reset_cause = NavResetCause::large_step;  // gives way
   announce(NavResetCause::imu_change, (now.q_world_base * old.q_world_base.conjugate()).log().z,
            now.p_world_m - old.p_world_m, now.v_world_mps - old.v_world_mps);
 }

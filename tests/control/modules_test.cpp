@@ -3,6 +3,7 @@
 
 #include "control/attitude_controller.hpp"
 #include "control/error_state_filter.hpp"
+#include "control/magnetic_model.hpp"
 #include "control/mixer.hpp"
 #include "control/position_controller.hpp"
 #include "robots/quad/mission.hpp"
@@ -124,6 +125,89 @@ TEST(ErrorStateFilter, ResetForgetsEverythingButTheParameters) {
   EXPECT_EQ(f.step(), StepStatus::stale);
   EXPECT_EQ(f.filter.estimator().params.max_gap_s, 0.5);
   EXPECT_FALSE(f.filter.estimator().started());
+}
+
+/// Three IMUs on one vehicle that stands in the open; some of them go wrong.
+struct ManyImus {
+  ErrorStateFilter filter;
+  ModuleRig rig{filter};
+  std::int64_t ns = 0;
+  std::int64_t count;
+  std::array<double, 3> turn_radps{};  // what an IMU reads too much
+  std::array<bool, 3> silent{};
+  msg::NavReport last;
+  msg::NavState state;
+
+  explicit ManyImus(std::int64_t imus) : count(imus) {
+    rig.set("imus", imus);
+    if (imus < 3) rig.leave_unbound("imu3");
+    run(3);
+  }
+  StepStatus run(double seconds) {
+    StepStatus status = StepStatus::stale;
+    for (const std::int64_t end = ns + static_cast<std::int64_t>(seconds * 1e9); ns < end;) {
+      ns += kMs;
+      const char* const ports[] = {"imu", "imu2", "imu3"};
+      for (std::size_t i = 0; i < static_cast<std::size_t>(count); ++i) {
+        msg::ImuSample s = still(ns);
+        s.gyro_radps.z = turn_radps[i];
+        if (!silent[i]) rig.put(ports[i], s);
+      }
+      if (ns % (200 * kMs) == 0) {
+        msg::GnssSample fix;
+        fix.stamp = {ns};
+        fix.latitude_deg = 47, fix.longitude_deg = 8;
+        fix.horizontal_accuracy_m = fix.vertical_accuracy_m = 1, fix.speed_accuracy_mps = 0.2;
+        fix.fix = msg::GnssFix::full;
+        rig.put("gnss", fix);
+      }
+      if (ns % (20 * kMs) == 0) {
+        msg::MagSample mag;  // it looks to the south-west, so the first heading is a turn
+        mag.stamp = {ns};
+        mag.field_t =
+            math::Quat::from_axis_angle({0, 0, 1}, 2.0).rotate(earth_field_t({47, 8, 0}, 2026).value()).to<msg::Vec3>();
+        rig.put("mag", mag);
+      }
+      status = rig.step({ns}, 1ms);
+      if (const auto* r = rig.get<msg::NavReport>("report")) last = *r;
+      if (const auto* n = rig.get<msg::NavState>("state")) state = *n;
+    }
+    return status;
+  }
+  double yaw() const { return math::Quat(state.q_world_base).yaw(); }
+};
+
+TEST(ErrorStateFilter, OfThreeImusTheOneThatTurnsAloneIsOutvotedAndTheChangeIsAnnounced) {
+  ManyImus f(3);
+  const double yaw = f.yaw();
+  EXPECT_EQ(f.last.imu, 0U);
+  const std::uint32_t resets = f.last.resets;
+  f.turn_radps[0] = 1;
+  EXPECT_EQ(f.run(0.5), StepStatus::ok);
+  EXPECT_NE(f.last.imu, 0U);
+  EXPECT_GT(f.last.resets, resets);
+  EXPECT_EQ(f.last.reset_cause, msg::NavResetCause::imu_change);
+  EXPECT_NEAR(f.yaw(), yaw, 0.01) << "half a turn of nothing";
+  EXPECT_NEAR(f.last.reset_yaw_rad, -0.1, 0.05) << "taken back: a tenth of a second of it";
+}
+
+TEST(ErrorStateFilter, AnImuThatFallsSilentIsReplacedAndWithoutASecondOneTheStateIsStale) {
+  ManyImus f(2);
+  f.silent[0] = true;
+  EXPECT_EQ(f.run(0.5), StepStatus::ok);
+  EXPECT_EQ(f.last.imu, 1U);
+  EXPECT_EQ(f.state.stamp, Time{f.ns});
+  f.silent[1] = true;
+  EXPECT_EQ(f.run(0.1), StepStatus::stale);
+}
+
+TEST(ErrorStateFilter, OfTwoImusTheOneWhoseEstimateFitsIsTaken) {
+  ManyImus f(2);
+  const double yaw = f.yaw();
+  f.turn_radps[0] = 0.3;  // the magnetometer and its own estimate drift apart
+  EXPECT_EQ(f.run(20), StepStatus::ok);
+  EXPECT_EQ(f.last.imu, 1U);
+  EXPECT_NEAR(f.yaw(), yaw, 0.03);
 }
 
 TEST(PositionController, PublishesAnAttitudeFromAFreshStateAndSetpoint) {
