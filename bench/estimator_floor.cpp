@@ -12,22 +12,19 @@ namespace {
 
 constexpr double kDt = 0.005, kG = 9.81, kQ = 1e-4, kR = 0.01;
 
-// Error states: position, velocity, attitude, accelerometer bias, gyro bias. Velocity couples with one attitude angle
-// each, which is less work than a real attitude needs.
-class Block final : public EstimatorFloor {
+/// Error states: position, velocity, attitude, accelerometer bias, gyro bias, then those that only wait. Velocity
+/// couples with one attitude angle each, which is less work than a real attitude needs.
+template <int kStates>
+class Blocks : public EstimatorFloor {
  public:
-  Block() {
-    for (int i = 0; i < 15; ++i) p_[i][i] = 1;
-  }
-  void step(const double (&z)[3]) override {
-    predict();
-    update(z);
-    asm volatile("" : : "r"(this) : "memory");
+  Blocks() {
+    for (int i = 0; i < kStates; ++i) p_[i][i] = 1;
   }
 
- private:
+ protected:
+  static constexpr int kColumns = kStates + 1;  // even
   void add_row(int to, int from, double f) {
-    for (int j = 0; j < 16; ++j) p_[to][j] += f * p_[from][j];
+    for (int j = 0; j < kColumns; ++j) p_[to][j] += f * p_[from][j];
   }
   void predict() {
     const double tilt = kDt * kG;
@@ -47,30 +44,38 @@ class Block final : public EstimatorFloor {
       for (int i = 0; i < 3; ++i) row[3 + i] += tilt * row[6 + (i + 1) % 3] - kDt * row[9 + i];
       for (int i = 0; i < 3; ++i) row[6 + i] -= kDt * row[12 + i];
     }
-    for (int i = 0; i < 15; ++i) p_[i][i] += kQ;
+    for (int i = 0; i < kStates; ++i) p_[i][i] += kQ;
   }
+  alignas(64) double p_[kStates][kColumns] = {};
+  double x_[kStates] = {};
+};
+
+class Block final : public Blocks<15> {
+ public:
+  void step(const double (&z)[3]) override {
+    predict();
+    update(z);
+    asm volatile("" : : "r"(this) : "memory");
+  }
+
+ private:
   void update(const double (&z)[3]) {
     for (int m = 0; m < 3; ++m) {
-      alignas(64) double k[16] = {};
+      alignas(64) double k[kColumns] = {};
       const double s = 1 / (p_[m][m] + kR), r = z[m] - x_[m];
       for (int j = 0; j < 15; ++j) k[j] = p_[m][j];
       for (int i = 0; i < 15; ++i) {
         const double f = k[i] * s;
         x_[i] += f * r;
-        for (int j = 0; j < 16; ++j) p_[i][j] -= f * k[j];
+        for (int j = 0; j < kColumns; ++j) p_[i][j] -= f * k[j];
       }
     }
   }
-  alignas(64) double p_[15][16] = {};
-  double x_[15] = {};
 };
 
-/// Error states as Block has them, then eight that only wait.
-class Outdoor final : public EstimatorFloor {
+/// 50 inertial samples with their magnetometer's and GNSS' rows.
+class Outdoor final : public Blocks<23> {
  public:
-  Outdoor() {
-    for (int i = 0; i < 23; ++i) p_[i][i] = 1;
-  }
   void step(const double (&z)[3]) override {
     for (int i = 0; i < 50; ++i) {
       predict();
@@ -91,31 +96,8 @@ class Outdoor final : public EstimatorFloor {
   }
 
  private:
-  void add_row(int to, int from, double f) {
-    for (int j = 0; j < 24; ++j) p_[to][j] += f * p_[from][j];
-  }
-  void predict() {
-    const double tilt = kDt * kG;
-    for (int i = 0; i < 3; ++i) {
-      x_[i] += kDt * x_[3 + i];
-      x_[3 + i] += tilt * x_[6 + (i + 1) % 3] - kDt * x_[9 + i];
-    }
-    for (int i = 0; i < 3; ++i) x_[6 + i] -= kDt * x_[12 + i];
-    for (int i = 0; i < 3; ++i) add_row(i, 3 + i, kDt);
-    for (int i = 0; i < 3; ++i) {
-      add_row(3 + i, 6 + (i + 1) % 3, tilt);
-      add_row(3 + i, 9 + i, -kDt);
-    }
-    for (int i = 0; i < 3; ++i) add_row(6 + i, 12 + i, -kDt);
-    for (auto& row : p_) {
-      for (int i = 0; i < 3; ++i) row[i] += kDt * row[3 + i];
-      for (int i = 0; i < 3; ++i) row[3 + i] += tilt * row[6 + (i + 1) % 3] - kDt * row[9 + i];
-      for (int i = 0; i < 3; ++i) row[6 + i] -= kDt * row[12 + i];
-    }
-    for (int i = 0; i < 23; ++i) p_[i][i] += kQ;
-  }
   void row(const int* index, const double* h, int terms, double z) {
-    alignas(64) double k[24] = {};
+    alignas(64) double k[kColumns] = {};
     double s = kR, r = z;
     for (int t = 0; t < terms; ++t) {
       for (int j = 0; j < 23; ++j) k[j] += h[t] * p_[index[t]][j];
@@ -125,11 +107,9 @@ class Outdoor final : public EstimatorFloor {
     for (int i = 0; i < 23; ++i) {
       const double f = k[i] / s;
       x_[i] += f * r;
-      for (int j = 0; j < 24; ++j) p_[i][j] -= f * k[j];
+      for (int j = 0; j < kColumns; ++j) p_[i][j] -= f * k[j];
     }
   }
-  alignas(64) double p_[23][24] = {};
-  double x_[23] = {};
 };
 
 #if SINEW_HAS_EIGEN
