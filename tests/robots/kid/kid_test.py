@@ -172,7 +172,7 @@ class Kid(unittest.TestCase):
                 self.assertLess(plant["ball_mps"], 0.1)
                 away_m = math.hypot(plant["ball_x_m"] - plant["x_m"], plant["ball_y_m"] - plant["y_m"])
                 self.assertEqual(plant["ball_x_m"] > plant["x_m"], stops, f"before it, or past it: {plant}")
-                self.assertTrue(away_m < 0.35 or not stops, plant)
+                self.assertTrue(away_m < 0.3 or not stops, plant)
 
 class Game(unittest.TestCase):
     replay = Kid.replay
