@@ -222,8 +222,10 @@ TEST(Kick, StrikesWithItsFootOverTheOtherAndEndsAsItBegan) {
 TEST(BallStop, PutsItsFootAsideAndEndsAsItBegan) {
   const Op3 op3;
   const double ball_m = 0.14;
+  WalkParams walk = op3.book.walk;
+  walk.lead_s = walk.weight_ahead = walk.play_rad = 0;  // what servos need is tested beside it
   for (const Side foot : kSides) {
-    BallStop stop(*op3.figure, op3.book.walk, op3.book.rest_rad);
+    BallStop stop(*op3.figure, walk, op3.book.rest_rad);
     stop.params = op3.book.stop;
     std::vector<double> targets(op3.body.joints()), first;
     stop.start(foot);
@@ -238,8 +240,7 @@ TEST(BallStop, PutsItsFootAsideAndEndsAsItBegan) {
       widest = std::max(widest, apart);
       if (t_s <= stop.ready_s()) apart_when_ready = apart;
     }
-    EXPECT_NEAR(apart_when_ready, op3.book.walk.stance_m + stop.params.aside_m, 0.015)
-        << "targets hold the weight, too";
+    EXPECT_NEAR(apart_when_ready, walk.stance_m + stop.params.aside_m, 1e-3);
     EXPECT_LT(widest - op3.figure->leg(foot).sole_width_m, ball_m) << "no ball gets through";
     for (std::size_t j = 0; j < targets.size(); ++j) EXPECT_NEAR(targets[j], first[j], 0.02) << j;
   }
