@@ -29,9 +29,9 @@ void Tilt::step(const math::Vec3& gyro_radps, const math::Vec3& accel_mps2, bool
   rate_ = gyro_radps - bias_;
   math::Vec3 error;  // torso axes: rotates the believed up to the measured one
   if (norm(accel_mps2) < params.most_mps2) error = cross(accel_mps2 / kUpright_mps2, up());
-  // Not about the vertical: there the error is only what sway and draw have in common.
-  error.z = 0;
-  bias_ -= error * (params.bias_per_s2 * dt_s);
+  // The draw takes all of it: it is perpendicular to the vertical and turns no heading, which its part along x and y
+  // alone would. What is learned takes none along z: its mean there is what sway and nodding have in common.
+  bias_ -= math::Vec3{error.x, error.y, 0} * (params.bias_per_s2 * dt_s);
   for (int i = 0; i < 3; ++i) bias_[i] = std::clamp(bias_[i], -params.most_bias_radps, params.most_bias_radps);
   q_ = (q_ * math::Quat::exp((rate_ + params.accel_per_s * error) * dt_s)).normalized();
 }

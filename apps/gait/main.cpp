@@ -41,17 +41,12 @@ struct Options {
   double no_load_radps = math::kNan;
   unsigned jobs = 0;
   GaitSetup setup;
-  std::string texts;  // of both files: results belong to them
+  std::string texts;  // of both files with all that they extend: results belong to them
 };
 
 int fail(const std::string& what) {
   std::fprintf(stderr, "sinew-gait: %s\n", what.c_str());
   return kNotBegun;
-}
-
-std::string text_of(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
 }
 
 /// Body and motions; their problems go to stderr.
@@ -66,7 +61,7 @@ bool load(Options& o) {
   if (!motions.problems.empty()) return false;
   o.setup.book = std::move(motions.book);
   o.setup.errors.no_load_radps = o.no_load_radps;
-  o.texts = text_of(o.body) + text_of(o.motions);
+  o.texts = app::body_text(o.body).value_or("") + app::motions_text(o.setup.book, o.setup.body, "");
   return true;
 }
 

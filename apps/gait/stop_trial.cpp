@@ -29,6 +29,7 @@ std::optional<StopResult> run_stop(const GaitSetup& setup, const StopTrial& tria
   const double start_mps =
       math::sqrt(trial.speed_mps * trial.speed_mps + 2 * setup.ground.ball_deceleration_mps2 * kRollsAlone_m);
   bool was_stopping = false, rolls = false;
+  motion::Planar stood;  // when it was asked to stop the ball: from there its line is measured
   for (int tick = 0;; ++tick) {
     const double t_s = tick * kControl_s - kBeforeStop_s;
     if (t_s > end_s) break;
@@ -38,12 +39,13 @@ std::optional<StopResult> run_stop(const GaitSetup& setup, const StopTrial& tria
       stop.start(trial.foot);
       was_stopping = true;
     }
+    if (t_s < kControl_s) stood = {{truth.torso.p_m.x, truth.torso.p_m.y}, truth.torso.q.yaw()};
     if (!rolls && t_s >= ready_s) {  // now it waits
       rolls = true;
-      const double heading = truth.torso.q.yaw(), turn = random.uniform(-kMostTurn_rad, kMostTurn_rad);
-      const motion::Vec2 torso{truth.torso.p_m.x, truth.torso.p_m.y};
+      const double heading = stood.yaw_rad, turn = random.uniform(-kMostTurn_rad, kMostTurn_rad);
       const double aside = motion::sign(trial.foot) * trial.aside_m + random.uniform(-kMostBeside_m, kMostBeside_m);
-      const motion::Vec2 toes = torso + motion::turned({0.5 * leg.sole_length_m + ball_size.radius_m, aside}, heading);
+      const motion::Vec2 toes =
+          stood.at_m + motion::turned({0.5 * leg.sole_length_m + ball_size.radius_m, aside}, heading);
       const motion::Vec2 from = toes + motion::turned({kRollsAlone_m, 0}, heading + turn);
       const motion::Vec2 speed = motion::turned({-start_mps, 0}, heading + turn);
       rig->pitch().place_ball({from.x, from.y, ball_size.radius_m}, {speed.x, speed.y, 0});

@@ -11,7 +11,7 @@ struct StopTrial {
   std::uint64_t seed = 1;
   motion::Side foot = motion::Side::left;
   double speed_mps = 0.8;  // of the ball when it comes to the feet
-  double aside_m = 0;      // of the ball's line from the middle of the robot, towards the foot
+  double aside_m = 0;      // of the ball's line from the middle of the robot as it stood before, towards the foot
   bool stops = true;       // false: it stands, and the ball comes all the same
 };
 

@@ -250,11 +250,7 @@ LoadedBody load_body(const std::string& path) {
   } else {
     loaded.problems = std::move(resolver.result().problems);
   }
-  for (rt::Problem& problem : loaded.problems) {
-    const auto& places = resolver.result().places;
-    const auto line = static_cast<std::size_t>(problem.line);
-    if (line > 0 && line <= places.size()) problem.line = places[line - 1].line;
-  }
+  resolver.place_lines(loaded.problems);
   return loaded;
 }
 

@@ -6,7 +6,8 @@
 #include <fstream>
 #include <iterator>
 
-#include "apps/toml/toml_reader.hpp"
+#include "apps/toml/toml_guard.hpp"
+#include "apps/toml/toml_resolver.hpp"
 #include "math/elementary.hpp"
 
 namespace sinew::app {
@@ -133,7 +134,19 @@ LoadedMotions load_motions(const std::string& path, const kinematics::Body& body
     loaded.problems.push_back({0, "file", path, "a file of motions that can be read"});
     return loaded;
   }
-  return parse_motions(std::string((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>()), path, body);
+  const std::string text((std::istreambuf_iterator<char>(in)), std::istreambuf_iterator<char>());
+  const toml::parse_result parsed = line_beyond_ascii(text) == 0 ? toml::parse(text, path) : toml::parse("");
+  if (!parsed || !parsed.table().contains("extends")) return parse_motions(text, path, body);
+  TomlResolver resolver;
+  LoadedMotions loaded;
+  if (const auto all = resolver.merged(text, path)) {
+    resolver.write(*all, "# " + path + " with all that it extends", path);
+    loaded = parse_motions(resolver.result().text, path, body);
+  } else {
+    loaded.problems = std::move(resolver.result().problems);
+  }
+  resolver.place_lines(loaded.problems);
+  return loaded;
 }
 
 std::string motions_text(const MotionBook& book, const kinematics::Body& body, const std::string& about) {

@@ -18,7 +18,8 @@ struct LoadedMotions {
 LoadedMotions parse_motions(std::string_view text, const std::string& path, const kinematics::Body& body);
 /// The same tables of a robot file: [motions.walk].
 void read_motions(TomlReader& r, const kinematics::Body& body, motion::MotionBook& book);
-/// From a file. Errors: problems; lines are the file's.
+/// From a file, which may extend another one: `extends = "op3_motion.toml"`. Errors: problems; lines are those of the
+/// file, or of the one that it extends.
 LoadedMotions load_motions(const std::string& path, const kinematics::Body& body);
 
 /// The file's text again: each number of the tables that differs from its default, and all poses.

@@ -133,6 +133,13 @@ bool TomlResolver::merge_below(toml::table& root, const char* name) {
   return true;
 }
 
+void TomlResolver::place_lines(std::vector<rt::Problem>& problems) const {
+  for (rt::Problem& problem : problems) {
+    const auto line = static_cast<std::size_t>(problem.line);
+    if (line > 0 && line <= out_.places.size()) problem.line = out_.places[line - 1].line;
+  }
+}
+
 /// `without`: "module.pad", "topic.camera.raw", "thread.vision".
 void TomlResolver::take_away(toml::table& base, const toml::table& own, const std::string& path) {
   const toml::node* without = own.get("without");

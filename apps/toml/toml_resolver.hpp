@@ -37,6 +37,8 @@ class TomlResolver {
 
   /// Writes the text, which begins with `title`, and where its lines are from.
   void write(const toml::table& table, const std::string& title, const std::string& path);
+  /// Lines of the written text, or of problems of this resolver, become those of the files where they stand.
+  void place_lines(std::vector<rt::Problem>& problems) const;
   MergedToml& result() { return out_; }
 
  private:

@@ -143,12 +143,13 @@ rt::StepStatus PlaySoccer::step(const rt::Step& step) noexcept {
   KickOptions& kicks = options_.kicks;
   const FieldPoint ahead{kick_x_m_, kick_y_m_}, within{step_kick_x_m_, step_kick_y_m_}, aside{out_x_m_, out_y_m_};
   constexpr double kAside = 0.5 * math::kPi;
-  // Lengths by docs/walking.md; times: of the motions in the motion file, and from asking to done in recorded games.
+  // Lengths: means of sinew-gait kick (docs/walking.md); times: of the motions in the motion file, and from asking to
+  // done in recorded games.
   kicks.kinds[kForward] = {BallMotion::kick_forward, false, ahead, 0, 1.28, 3.1};
-  kicks.kinds[kOutward] = {BallMotion::kick_outward, false, aside, kAside, 1.25, 2.3};
-  kicks.kinds[kStepForward] = {BallMotion::kick_forward, true, within, 0, 1.06, 0.6};
+  kicks.kinds[kOutward] = {BallMotion::kick_outward, false, aside, kAside, 1.26, 2.4};
+  kicks.kinds[kStepForward] = {BallMotion::kick_forward, true, within, 0, 1.51, 0.87};
   // Not used: where the ball must lie for it was not measured.
-  kicks.kinds[kStepOutward] = {BallMotion::kick_outward, true, aside, kAside, 0, 0.6};
+  kicks.kinds[kStepOutward] = {BallMotion::kick_outward, true, aside, kAside, 0, 0.87};
 
   read_world(step.now);
   PlayBoard& b = board_;
