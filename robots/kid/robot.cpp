@@ -28,7 +28,7 @@ void add_kid_modules(rt::ModuleTypes& types) {
   types.add<soccer::Locate>("soccer::Locate");
   types.add<soccer::TrackBall>("soccer::TrackBall");
   types.add<soccer::PlaySoccer>("soccer::PlaySoccer");
-  types.add<soccer::baseline::PlayBaseline>("soccer::PlayBaseline");
+  types.add<soccer::PlayBaseline>("soccer::PlayBaseline");
   types.add<soccer::TrackObstacles>("soccer::TrackObstacles");
   types.add<soccer::Team>("soccer::Team");
 }
