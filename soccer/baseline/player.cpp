@@ -2,6 +2,9 @@
 
 #include <algorithm>
 
+#include "math/elementary.hpp"
+#include "soccer/field.hpp"
+
 namespace sinew::soccer {
 
 using namespace std::chrono_literals;
@@ -213,7 +216,7 @@ rt::StepStatus PlayBaseline::step(const rt::Step& step) noexcept {
     if (doing_ != Doing::stand) become(Doing::stand, step.now);
     if (!out && phase == GamePhase::ready) {
       speed = {0, 0, kSearch_radps};
-      if (seen.found) speed = go_to(ready_place(!said || said->kick != msg::GameKick::other), seen, true);
+      if (seen.found) speed = go_to(ready_place(said->kick == msg::GameKick::own), seen, true);
     } else if (!out && phase == GamePhase::playing && seen.sees_ball && length_m(seen.ball) < kClear_m) {
       speed.forward_mps = seen.ball.x_m > 0 ? -kAside_mps : kForward_mps;  // away from the others' kick
     }

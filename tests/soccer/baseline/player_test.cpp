@@ -130,6 +130,17 @@ TEST(BaselinePlayer, LeavesTheBallToTheOthersForTheirKickOffUntilItMoves) {
   EXPECT_GT(distance_m(game.robot, {-1.3, 0, 0}), 0.05);
 }
 
+TEST(BaselinePlayer, StandsOutsideOfTheCircleBeforeAKickOffThatIsNotKnownToBeItsOwn) {
+  Game game;
+  game.said.phase = msg::GamePhase::ready;
+  for (int i = 0; i < 600; ++i) game.step();
+  EXPECT_GT(math::hypot(game.robot.x_m, game.robot.y_m), game.field.size().circle_radius_m + 0.1);
+  EXPECT_LT(game.robot.x_m, 0);
+  game.said.kick = msg::GameKick::own;
+  for (int i = 0; i < 600; ++i) game.step();
+  EXPECT_LT(distance_m(game.robot, {-0.45, 0, 0}), 0.05);
+}
+
 TEST(BaselinePlayer, GoesRoundAnotherRobotOnItsWay) {
   Game game;
   game.robot = {-2, 0, 0};
