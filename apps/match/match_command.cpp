@@ -71,8 +71,10 @@ void describe(CLI::App& app, MatchCommand& command) {
          "[WHO/]KEY=VALUE as `run --set` has it; WHO is a, b or a player such as blue1, else all; may be repeated")
       ->allow_extra_args(false)
       ->type_name(kSettingHint);
-  app.add_option("--fault", o.faults,
-                 "[WHO/]FAULT for the simulator to play, e.g. blue1/camera:off@60+5; may be repeated")
+  app.add_option(
+         "--fault", o.faults,
+         "[WHO/]FAULT: of a device, e.g. blue1/camera:off@60+5, which the simulator plays; link:closed, it dies; "
+         "report:wrong(3)@60+10, it tells its mates of a ball 3 m beside where it is; may be repeated")
       ->allow_extra_args(false)
       ->type_name("FAULT");
   app.add_option("--gamecontroller", o.gamecontroller,

@@ -16,6 +16,7 @@
 #include "hal/linux/temporary_folder.hpp"
 #include "hal/platform.hpp"
 #include "robots/robot_kind.hpp"
+#include "sim_hil/worlds/fault.hpp"
 
 namespace sinew::app {
 namespace {
@@ -66,6 +67,45 @@ std::vector<std::string> of_players(const std::vector<std::string>& given, const
       if ((of_a && p.team == 0) || (of_b && p.team == 1)) all.push_back(p.name + setting.substr(1));
   }
   return all;
+}
+
+/// The faults that are no device's, as settings of the players that they name; the others go on to the simulator.
+/// False, after saying why.
+bool lies_to_settings(const std::vector<Player>& players, const std::array<Prepared, 2>& teams, TeamRunOptions& run) {
+  std::vector<std::string> devices;
+  for (const std::string& fault : run.faults) {
+    const std::size_t slash = fault.substr(0, fault.find(':')).find('/');
+    const std::string who = slash == fault.npos ? "" : fault.substr(0, slash);
+    const std::string what = slash == fault.npos ? fault : fault.substr(slash + 1);
+    if (!is_lie(what)) {
+      std::string why;
+      if (!plant::parse_fault(what, why))
+        return fail(fmt::format("--fault: {}{}", why,
+                                why.find("device '") == why.npos ? "" : "; of a match also report (docs/match.md)")),
+               false;
+      devices.push_back(fault);
+      continue;
+    }
+    bool found = false;
+    for (const Player& p : players) {
+      if (!who.empty() && who != p.name) continue;
+      found = true;
+      const Prepared& robot = teams[p.team];
+      const auto modules = reporting_modules(*robot.graph);
+      if (!robot.robot.team || modules.empty())
+        return fail(fmt::format("{}: --fault: '{}' is of what it tells its mates, and it tells them nothing: its file "
+                                "has no [team] or no module soccer::Team",
+                                p.name, what)),
+               false;
+      std::string why;
+      for (const std::string& setting : lie_settings(what, modules.front(), why))
+        run.set.push_back(p.name + "/" + setting);
+      if (!why.empty()) return fail(fmt::format("--fault: {}", why)), false;
+    }
+    if (!found) return fail(fmt::format("--fault {}: no player {}", fault, who)), false;
+  }
+  run.faults = devices;
+  return true;
 }
 
 /// How long a game lasts, with what comes before each half.
@@ -181,6 +221,7 @@ std::optional<PlayedMatch> play_match(const MatchOptions& options, const rt::Mod
   run.camera = options.camera;
   run.set = of_players(options.set, players);
   run.faults = of_players(options.faults, players);
+  if (!lies_to_settings(players, *teams, run)) return std::nullopt;
   run.no_record = options.no_record;
   run.record_folder = folder.string();
   for (const Player& p : players) {

@@ -6,11 +6,22 @@
 #include <algorithm>
 
 #include "rt/graph_check.hpp"
+#include "sim_hil/worlds/fault.hpp"
 
 namespace sinew::app {
 namespace {
 
 constexpr rt::Duration kFast = std::chrono::milliseconds(10);
+constexpr std::string_view kReport = "report:";
+constexpr double kLie_m = 3, kForGood_s = 1e6;
+
+std::vector<std::string> modules_with(const rt::Graph& graph, std::string_view param) {
+  std::vector<std::string> names;
+  for (const rt::GraphModule& m : graph.modules())
+    if (std::ranges::any_of(m.declaration.params, [&](const auto& p) { return p.name == param; }))
+      names.push_back(m.spec.name);
+  return names;
+}
 
 /// Where it comes in when the game begins: on its own half, inside of a touch line, one of two opposite the other.
 /// Blue's; red stands as blue does, turned by half a turn around the middle.
@@ -71,12 +82,33 @@ std::vector<std::string> slow_threads(const rt::GraphSpec& graph) {
   return slow;
 }
 
-std::vector<std::string> numbered_modules(const rt::Graph& graph) {
-  std::vector<std::string> names;
-  for (const rt::GraphModule& m : graph.modules())
-    if (std::ranges::any_of(m.declaration.params, [](const auto& p) { return p.name == "player"; }))
-      names.push_back(m.spec.name);
-  return names;
+std::vector<std::string> numbered_modules(const rt::Graph& graph) { return modules_with(graph, "player"); }
+
+std::vector<std::string> reporting_modules(const rt::Graph& graph) { return modules_with(graph, "lie_m"); }
+
+bool is_lie(std::string_view fault) { return fault.starts_with(kReport); }
+
+std::vector<std::string> lie_settings(const std::string& fault, const std::string& module, std::string& why) {
+  // The form of a fault of a device whose amount is metres, too.
+  constexpr std::string_view kWrong = "report:wrong", kMetres = "range:wrong";
+  if (!fault.starts_with(std::string(kWrong) + "(") && !fault.starts_with(std::string(kWrong) + "@")) {
+    why = fmt::format("fault '{}': a report can be wrong and nothing else: report:wrong(3)@60+10", fault);
+    return {};
+  }
+  std::string rest = fault.substr(kWrong.size());
+  if (rest.front() == '@') rest = fmt::format("({:g}){}", kLie_m, rest);
+  std::string problem;
+  const auto parsed = plant::parse_fault(std::string(kMetres) + rest, problem);
+  if (!parsed) {
+    const std::size_t colon = problem.find("': ");
+    why = fmt::format("fault '{}': {}", fault, colon == problem.npos ? problem : problem.substr(colon + 3));
+    return {};
+  }
+  const auto in_s = [](std::int64_t ns) { return static_cast<double>(ns) / 1e9; };
+  const double for_s = parsed->until_ns == plant::kNoEnd ? kForGood_s : in_s(parsed->until_ns - parsed->from_ns);
+  return {fmt::format("{}.lie_m={}", module, parsed->amount),
+          fmt::format("{}.lie_from_s={}", module, in_s(parsed->from_ns)),
+          fmt::format("{}.lie_for_s={}", module, for_s)};
 }
 
 std::string player_text(const MatchOptions& options, const Player& player, const std::string& base,

@@ -6,6 +6,7 @@
 #include "robots/kid/kick_plan.hpp"
 #include "robots/kid/mover.hpp"
 #include "robots/robot_kind.hpp"
+#include "soccer/baseline/player.hpp"
 #include "soccer/play/player.hpp"
 #include "soccer/sight/sight.hpp"
 #include "soccer/world/locate.hpp"
@@ -27,6 +28,7 @@ void add_kid_modules(rt::ModuleTypes& types) {
   types.add<soccer::Locate>("soccer::Locate");
   types.add<soccer::TrackBall>("soccer::TrackBall");
   types.add<soccer::PlaySoccer>("soccer::PlaySoccer");
+  types.add<soccer::PlayBaseline>("soccer::PlayBaseline");
   types.add<soccer::TrackObstacles>("soccer::TrackObstacles");
   types.add<soccer::Team>("soccer::Team");
 }

@@ -1,7 +1,6 @@
 #include "sim_hil/simspark/server.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace sinew::simspark {
 
@@ -11,45 +10,15 @@ using hal::Time;
 Server::Server(hal::Os& os, SparkArena& arena, const ServerOptions& options, Doors doors)
     : os_(os), arena_(arena), options_(options), doors_(std::move(doors)) {}
 
-template <class S>
-void Server::welcome(hal::Listener& listener, std::vector<Client<S>>& clients, std::size_t most) {
-  while (auto stream = listener.accept(Duration{0})) {
-    if (clients.size() == most) {
-      ++counts_.refused;
-      continue;  // closes it
-    }
-    const std::string address = doors_.address(**stream);
-    clients.push_back({std::move(*stream), std::make_unique<S>(arena_, counts_, address)});
-  }
-}
-
-template <class S>
-void Server::hear(Client<S>& client) {
-  std::array<std::byte, 16384> buffer;
-  constexpr int kMostReads = 4;  // of one client at a time
-  for (int i = 0; i < kMostReads && !client.session->closed(); ++i) {
-    const auto n = client.stream->read_now(buffer);
-    client.gone = client.gone || !n;
-    if (!n || *n == 0) return;
-    client.session->receive({buffer.data(), *n});
-  }
-}
-
-template <class S>
-void Server::tell(Client<S>& client) {
-  while (!client.gone && !client.session->waiting().empty()) {
-    const std::string_view text = client.session->waiting();
-    const auto n = client.stream->write_now(std::as_bytes(std::span(text.data(), text.size())));
-    client.gone = !n;
-    if (!n || *n == 0) return;
-    client.session->drop_sent(*n);
-  }
-}
-
 void Server::hear_all() {
-  welcome(*doors_.agents, agents_, kMostClients);
+  counts_.refused += sim_hil::welcome(*doors_.agents, agents_, kMostClients, [&](const hal::Stream& stream) {
+    return std::make_unique<AgentSession>(arena_, counts_, doors_.address(stream));
+  });
   const std::size_t before = monitors_.size();
-  if (doors_.monitors) welcome(*doors_.monitors, monitors_, kMostMonitors);
+  if (doors_.monitors)
+    counts_.refused += sim_hil::welcome(*doors_.monitors, monitors_, kMostMonitors, [&](const hal::Stream& stream) {
+      return std::make_unique<MonitorSession>(arena_, counts_, doors_.address(stream));
+    });
   counts_.monitors += monitors_.size() - before;
   for (auto& client : agents_) hear(client);
   for (auto& client : monitors_) {
@@ -64,7 +33,7 @@ void Server::hear_all() {
 void Server::tell_all() {
   for (auto& client : agents_) tell(client);
   for (auto& client : monitors_) tell(client);
-  const auto over = [](const auto& c) { return c.gone || c.session->closed(); };
+  const auto over = [](const auto& client) { return client.over(); };
   std::erase_if(agents_, over);
   std::erase_if(monitors_, over);
 }

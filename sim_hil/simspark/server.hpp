@@ -6,6 +6,7 @@
 
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
+#include "sim_hil/door_clients.hpp"
 #include "sim_hil/simspark/session.hpp"
 
 namespace sinew::simspark {
@@ -40,18 +41,6 @@ class Server {
   std::uint64_t cycles() const { return cycles_; }
 
  private:
-  template <class S>
-  struct Client {
-    std::unique_ptr<hal::Stream> stream;
-    std::unique_ptr<S> session;
-    bool gone = false;
-  };
-  template <class S>
-  void welcome(hal::Listener& listener, std::vector<Client<S>>& clients, std::size_t most);
-  template <class S>
-  void hear(Client<S>& client);
-  template <class S>
-  void tell(Client<S>& client);
   void hear_all();
   void tell_all();
   bool all_synced() const;
@@ -64,8 +53,8 @@ class Server {
   ServerOptions options_;
   Doors doors_;
   DoorCounts counts_;
-  std::vector<Client<AgentSession>> agents_;
-  std::vector<Client<MonitorSession>> monitors_;
+  std::vector<sim_hil::DoorClient<AgentSession>> agents_;
+  std::vector<sim_hil::DoorClient<MonitorSession>> monitors_;
   hal::Time last_cycle_{};
   std::uint64_t cycles_ = 0;
 };

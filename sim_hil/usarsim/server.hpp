@@ -6,6 +6,7 @@
 
 #include "hal/os.hpp"
 #include "hal/stream.hpp"
+#include "sim_hil/door_clients.hpp"
 #include "sim_hil/usarsim/image_session.hpp"
 #include "sim_hil/usarsim/session.hpp"
 
@@ -34,25 +35,13 @@ class Server {
   void close() { clients_.clear(), image_clients_.clear(); }
 
  private:
-  template <class S>
-  struct Client {
-    std::unique_ptr<hal::Stream> stream;
-    std::unique_ptr<S> session;
-    bool gone = false;
-  };
-  template <class S, class Make>
-  void welcome(hal::Listener& listener, std::vector<Client<S>>& clients, std::size_t most, Make&& make);
-  template <class S>
-  void hear(Client<S>& client);
-  template <class S>
-  void tell(Client<S>& client);
   void serve_pictures();
 
   hal::Os& os_;
   Game& game_;
   Doors doors_;
-  std::vector<Client<Session>> clients_;
-  std::vector<Client<ImageSession>> image_clients_;
+  std::vector<sim_hil::DoorClient<Session>> clients_;
+  std::vector<sim_hil::DoorClient<ImageSession>> image_clients_;
   std::unique_ptr<PictureMaker> pictures_;
   ImageSession* shown_ = nullptr;  // whose picture is being made
   std::size_t turn_ = 0;           // whose picture is next

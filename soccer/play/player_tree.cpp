@@ -131,7 +131,7 @@ void add_game(behaviour::Tree<PlayBoard>& tree) {
       .act([](PlayBoard& b, const Here&) {
         look(b);
         if (b.found)
-          go_to(b, ready_place(b.player, b.kick_of != msg::GameKick::other, *b.field), true);
+          go_to(b, ready_place(b.player, b.kick_of == msg::GameKick::own, *b.field), true);  // else out of the circle
         else
           b.walk = {0, 0, b.options->search_turn_radps};
       })

@@ -67,8 +67,7 @@ void Locate::heed_referee(rt::Time now) {
   if (!said) return;
   const bool penalised = said->penalty != msg::GamePenalty::none;
   if (heard_.penalised != 0 && !penalised) locator_.reenter();
-  if (heard_.half != 0 && said->half != heard_.half)
-    locator_.forget(true);  // ends are changed: it walks to its own half
+  if (heard_.half != 0 && said->half != heard_.half) locator_.change_ends();
   heard_.penalised = penalised ? 1 : 0;
   heard_.half = said->half;
   heard_.attacks_right = said->attacks_right;

@@ -97,6 +97,12 @@ void Locator::reenter() {
     }
 }
 
+void Locator::change_ends() {
+  for (std::uint32_t i = 0; i < s_.count; ++i) s_.hypothesis[i].mirrored = 1 - s_.hypothesis[i].mirrored;
+  s_.anchor_mirrored = 1 - s_.anchor_mirrored;
+  s_.own_half = 0;  // the rule was of the other half
+}
+
 void Locator::move_to(const FieldAt& odometry, double dt_s, bool on_its_feet) {
   const FieldAt step = s_.odometry.way_to(odometry);
   const LocatorOptions& o = options_;

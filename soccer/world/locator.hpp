@@ -73,6 +73,8 @@ class Locator {
   void forget(bool own_half);
   /// It is put down at the touch line of its own half and looks into the field, as after a penalty.
   void reenter();
+  /// The teams have changed ends: it stays where it is, and the frame "field" turns by half a turn.
+  void change_ends();
   /// Walks on by the odometry to this picture, and takes what it shows. Pictures of several cameras may come a little
   /// out of order.
   void see(const msg::SoccerSight& sight, bool on_its_feet);

@@ -45,7 +45,26 @@ void Team::declare(rt::Declaration& d) {
           {.min = 1, .max = 9, .doc = "so many must play before one of them keeps the goal; 9: nobody does"});
   d.param("shares_ball", shares_ball_,
           {.doc = "the time to the ball is that to the team's ball where its own eyes have none"});
-  d.state(heard_, contradicted_, plays_);
+  d.param("lie_m", lie_m_,
+          {.unit = "m",
+           .min = -10,
+           .max = 10,
+           .doc = "for tests of its mates: it reports the ball so far from where it is, towards the other half, very "
+                  "sure; 0: it tells the truth"});
+  d.param("lie_from_s", lie_from_s_,
+          {.unit = "s", .min = 0, .max = 1e6, .doc = "after its first step it begins to lie"});
+  d.param("lie_for_s", lie_for_s_, {.unit = "s", .min = 0, .max = 1e6, .doc = "and so long it does"});
+  d.state(heard_, contradicted_, plays_, first_step_);
+}
+
+void Team::lie(rt::Time now, msg::SoccerReport& report) const {
+  const double since_s = msg::seconds(now - first_step_) - lie_from_s_;
+  if (lie_m_ == 0 || since_s < 0 || since_s >= lie_for_s_) return;
+  report.ball.x_m -= static_cast<float>(math::copysign(lie_m_, double{report.ball.x_m}));
+  report.ball.xx_m2 = report.ball.yy_m2 = 1e-4F;
+  report.ball.xy_m2 = 0;
+  report.ball_confidence = 1;
+  report.ball_seen = report.stamp;
 }
 
 msg::SoccerRole Team::role_now(const msg::SoccerReport& own, const msg::TeamModel& team, rt::Time now) const {
@@ -68,6 +87,7 @@ msg::SoccerRole Team::role_now(const msg::SoccerReport& own, const msg::TeamMode
 }
 
 rt::StepStatus Team::step(const rt::Step& step) noexcept {
+  if (first_step_.ns == 0) first_step_ = step.now;
   const msg::TeamState* state = state_.get();
   for (const msg::FromMate<msg::SoccerReport>& m : mates_) {
     // The mate's place in the order of the robot file.
@@ -109,6 +129,7 @@ rt::StepStatus Team::step(const rt::Step& step) noexcept {
     report.to_ball_s = takes_s(at.x_m, at.y_m);
   }
   plays_ = role_now(report, team, step.now);
+  lie(step.now, report);
   report.role = team.role = plays_;
   return rt::StepStatus::ok;
 }

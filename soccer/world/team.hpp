@@ -17,10 +17,12 @@ namespace sinew::soccer {
 class Team final : public rt::Module {
  public:
   void declare(rt::Declaration& d) override;
-  void reset() override { heard_ = {}, contradicted_ = {}, plays_ = msg::SoccerRole::none; }
+  void reset() override { heard_ = {}, contradicted_ = {}, plays_ = msg::SoccerRole::none, first_step_ = {}; }
   rt::StepStatus step(const rt::Step& step) noexcept override;
 
  private:
+  /// The ball of a report moved by `lie_m_` towards the other half, seen now and sure to a centimetre.
+  void lie(rt::Time now, msg::SoccerReport& report) const;
   msg::SoccerRole role_now(const msg::SoccerReport& own, const msg::TeamModel& team, rt::Time now) const;
 
   static constexpr std::size_t kMates = 7;
@@ -41,10 +43,12 @@ class Team final : public rt::Module {
   double walk_mps_ = 0.2, turn_radps_ = 0.8;
   std::int64_t role_ = 0, goalie_from_ = 2;
   bool legs_ = true, shares_ball_ = false;
+  double lie_m_ = 0, lie_from_s_ = 0, lie_for_s_ = 10;
 
   Heard heard_;                                    // state
   std::array<rt::Time, kMates> contradicted_{};    // state: when the own eyes last did
   msg::SoccerRole plays_ = msg::SoccerRole::none;  // state: its role
+  rt::Time first_step_{};                          // state; 0: none yet
 };
 
 }  // namespace sinew::soccer

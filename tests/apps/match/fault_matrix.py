@@ -16,13 +16,14 @@ SOURCE = pathlib.Path(__file__).resolve().parents[3]
 TEAMS = [str(SOURCE / "robots/kid" / name) for name in ("kid_team.toml", "kid_alone.toml")]
 AT = 16  # s: play has begun
 FAULTS = {"none": None, "camera": "camera:off", "camera_stuck": "camera:stuck", "radio": "radio:off", "imu": "imu:off",
-          "leg": "left_leg:off", "arm": "left_arm:off", "head": "head:off", "soles": "soles:off", "referee": "referee:off"}
+          "leg": "left_leg:off", "arm": "left_arm:off", "head": "head:off", "soles": "soles:off", "referee": "referee:off",
+          "joint": "left_leg:wrong(0.3)", "joints": "joints:stuck", "dead": "link:closed", "liar": "report:wrong(3)@16+10"}
 
 
 def play(sinew, fault, minutes, seed):
     words = ["--set", "sim.referee_ready_s=10", "--set", "sim.referee_set_s=3", "--minutes", str(minutes), "--seed", str(seed)]
     if fault:
-        words += ["--fault", f"blue1/{fault}@{AT}"]
+        words += ["--fault", f"blue1/{fault}" if "@" in fault else f"blue1/{fault}@{AT}"]
     with tempfile.TemporaryDirectory(prefix="sinew_faults_") as folder:
         done = subprocess.run([sinew, "match", *TEAMS, *words, "--no-record", "--json"], capture_output=True, text=True, cwd=folder,
                               timeout=3600, env=dict(os.environ, SINEW_RUN_DIR=folder), check=False)

@@ -77,6 +77,24 @@ TEST(Players, ChangeSidesWithTheSeedAndStartOnTheirOwnHalf) {
   }
 }
 
+TEST(Players, ALieIsSaidAsAFaultAndBecomesSettingsOfTheModuleThatReports) {
+  std::string why;
+  EXPECT_THAT(lie_settings("report:wrong(2.5)@60+10", "team", why),
+              ElementsAre("team.lie_m=2.5", "team.lie_from_s=60", "team.lie_for_s=10"));
+  EXPECT_THAT(lie_settings("report:wrong@5..8", "mates", why),
+              ElementsAre("mates.lie_m=3", "mates.lie_from_s=5", "mates.lie_for_s=3"));
+  EXPECT_THAT(lie_settings("report:wrong@5", "team", why).back(), "team.lie_for_s=1000000");
+  EXPECT_EQ(why, "");
+  EXPECT_THAT(lie_settings("report:off@5", "team", why), testing::IsEmpty());
+  EXPECT_THAT(why, HasSubstr("a report can be wrong and nothing else"));
+  EXPECT_THAT(lie_settings("report:wrong(300)@5", "team", why), testing::IsEmpty());
+  EXPECT_EQ(why, "fault 'report:wrong(300)@5': amount '300': m added, -10 to 10");
+  EXPECT_THAT(lie_settings("report:wrong(3)@-1", "team", why), testing::IsEmpty());
+  EXPECT_THAT(why, HasSubstr("FROM+LENGTH"));
+  EXPECT_TRUE(is_lie("report:wrong@5"));
+  EXPECT_FALSE(is_lie("radio:wrong@5"));
+}
+
 TEST(Players, AreRecordedWithoutTheThreadsThatRunAHundredTimesASecond) {
   rt::GraphSpec graph;
   const auto thread = [&](const char* name, rt::Duration period, const char* module, const char* topic) {

@@ -37,11 +37,11 @@ struct LocateRig {
     }
     return status == rt::StepStatus::ok ? rig.get<msg::FieldPose>("pose") : nullptr;
   }
-  void say(msg::GamePenalty penalty, std::uint32_t attacks_right = 1) {
+  void say(msg::GamePenalty penalty, std::uint32_t attacks_right = 1, std::uint32_t half = 1) {
     msg::RefereeState said;
     said.stamp = rig_now();
     said.phase = msg::GamePhase::playing;
-    said.half = 1;
+    said.half = half;
     said.penalty = penalty;
     said.attacks_right = attacks_right;
     rig.put("referee", said);
@@ -85,6 +85,22 @@ TEST(Locate, AfterAPenaltyItComesBackOverTheTouchLineOfItsOwnHalf) {
   EXPECT_EQ(pose->found, 1U);
   EXPECT_LT(r.off_m(*pose), 0.3);
   EXPECT_LT(pose->mirrored, 0.05);
+}
+
+TEST(Locate, AtHalfTimeItStaysWhereItIsAndTheFieldTurns) {
+  LocateRig r;
+  r.say(msg::GamePenalty::none);
+  const msg::FieldPose* pose = r.step(200);
+  ASSERT_NE(pose, nullptr);
+  ASSERT_LT(r.off_m(*pose), 0.2);
+  r.say(msg::GamePenalty::none, 0, 2);
+  for (int i = 0; i < 100; ++i) {
+    pose = r.step();
+    ASSERT_NE(pose, nullptr);
+    EXPECT_EQ(pose->found, 1U) << i;
+    EXPECT_LT(distance_m({pose->x_m, pose->y_m, 0}, r.walk.truth().mirrored()), 0.2) << i;
+    EXPECT_LT(pose->mirrored, 0.1) << i;
+  }
 }
 
 TEST(Locate, SaysNothingWithoutPicturesOrGait) {
@@ -277,6 +293,25 @@ TEST_F(TeamFor, TenSecondsAMateThatLiesMovesTheBallOfNobodyAndTakesNoRole) {
   const msg::TeamModel& after = step(true);
   EXPECT_EQ(after.distrusted, 0U);
   EXPECT_EQ(after.role, msg::SoccerRole::supporter) << "the other one is at the ball";
+}
+
+/// Its clock begins anywhere: 5 s here.
+TEST_F(TeamFor, ALiarReportsAWrongBallVerySureInItsTimeAndBelievesTheTruth) {
+  rig_.set("lie_m", 3.0);
+  rig_.set("lie_from_s", 2.0);
+  rig_.set("lie_for_s", 10.0);
+  int lies = 0;
+  for (; now_ < msg::Time{20'000'000'000};) {
+    const double t_s = msg::seconds(now_) - 5;  // since the first step
+    const bool lying = t_s >= 2 && t_s < 12;
+    const msg::TeamModel& model = step(true);
+    const msg::SoccerReport& said = *rig_.get<msg::SoccerReport>("report");
+    EXPECT_NEAR(double{said.ball.x_m}, lying ? -1 : 2, 1e-6) << t_s;
+    EXPECT_EQ(said.ball.xx_m2 < 1e-3F, lying) << t_s;
+    EXPECT_NEAR(model.ball_x_m, 2, 1e-6) << "its own ball is the true one";
+    lies += lying;
+  }
+  EXPECT_EQ(lies, 20);
 }
 
 TEST_F(TeamFor, TheRoleOfAMateThatDiesIsTakenOverWithinThreeSeconds) {
