@@ -15,7 +15,8 @@ constexpr double kBallIsFresh_s = 1, kMostEvidence = 1;  // of one report; its e
 constexpr double kMateIsSure = 0.2;                      // at most so probably a mate is in the other half itself
 constexpr double kBallIsSure = 0.8;
 constexpr double kFromMiddle_m = 0.8;  // a ball nearer to it is at nearly the same place in both halves
-constexpr double kTilt_rad = 0.02;     // lasting error of the own cameras: the ball's filter does not know it
+constexpr double kChangesEnds_s = 2;
+constexpr double kTilt_rad = 0.02;  // lasting error of the own cameras: the ball's filter does not know it
 
 double chi2(double dx, double dy, double xx, double xy, double yy) {
   const double det = xx * yy - xy * xy;
@@ -67,7 +68,7 @@ void Locate::heed_referee(rt::Time now) {
   if (!said) return;
   const bool penalised = said->penalty != msg::GamePenalty::none;
   if (heard_.penalised != 0 && !penalised) locator_.reenter();
-  if (heard_.half != 0 && said->half != heard_.half) locator_.change_ends();
+  if (heard_.half != 0 && said->half != heard_.half) locator_.change_ends(), heard_.ends_ns = now.ns;
   heard_.penalised = penalised ? 1 : 0;
   heard_.half = said->half;
   heard_.attacks_right = said->attacks_right;
@@ -83,6 +84,8 @@ void Locate::heed_mates() {
     const auto is_fresh = [&](msg::Time seen) {
       return seen.ns > 0 && msg::seconds(ball->stamp - seen) < kBallIsFresh_s;
     };
+    // Of the other half of the game: a mate may hear of the change a little later.
+    if (heard_.ends_ns != 0 && msg::seconds(r.ball_seen - msg::Time{heard_.ends_ns}) < kChangesEnds_s) continue;
     if (r.plays == 0 || double{r.mirrored} > kMateIsSure || !(double{r.ball_confidence} > kBallIsSure) ||
         !is_fresh(r.ball_seen) || !is_fresh(ball->seen) || !(ball->confidence > kBallIsSure) ||
         math::hypot(r.ball.x_m, r.ball.y_m) < kFromMiddle_m)

@@ -24,6 +24,7 @@ class Locate final : public rt::Module {
  private:
   struct Heard {
     std::uint32_t penalised = 0, half = 0, attacks_right = 1, spare = 0;
+    std::int64_t ends_ns = 0;  // when the teams changed ends
   };
   void heed_referee(rt::Time now);
   void heed_mates();

@@ -46,6 +46,21 @@ struct LocateRig {
     said.attacks_right = attacks_right;
     rig.put("referee", said);
   }
+  /// It sees a ball there, and a mate reports one; frame "field" of the first half.
+  void put_ball(const FieldPoint& ball, const FieldPoint& of_mate) {
+    const FieldPoint own = walk.truth().in(ball.x_m, ball.y_m);
+    msg::BallModel seen;
+    seen.stamp = seen.seen = rig_now();
+    seen.x_m = own.x_m, seen.y_m = own.y_m, seen.confidence = 0.9;
+    seen.covariance[0] = seen.covariance[5] = 0.02;
+    rig.put("ball", seen);
+    msg::FromMate<msg::SoccerReport> mate;
+    mate.stamp = mate.received = mate.message.stamp = mate.message.ball_seen = rig_now();
+    mate.robot = 2;
+    mate.message.mirrored = 0.01F, mate.message.plays = 1, mate.message.ball_confidence = 0.9F;
+    mate.message.ball = {static_cast<float>(of_mate.x_m), static_cast<float>(of_mate.y_m), 0.02F, 0, 0.02F};
+    rig.put("mates", mate);
+  }
   msg::Time rig_now() const { return {static_cast<std::int64_t>(1e9 * walk.now_s())}; }
   double off_m(const msg::FieldPose& p) const { return distance_m({p.x_m, p.y_m, 0}, walk.truth()); }
 };
@@ -103,6 +118,21 @@ TEST(Locate, AtHalfTimeItStaysWhereItIsAndTheFieldTurns) {
   }
 }
 
+TEST(Locate, AMateThatHearsOfTheChangeOfEndsLaterTurnsNobodyBack) {
+  LocateRig r;
+  r.say(msg::GamePenalty::none);
+  ASSERT_NE(r.step(200), nullptr);
+  r.say(msg::GamePenalty::none, 0, 2);
+  for (int i = 0; i < 12; ++i) {
+    const bool knows = i >= 3;  // a second and a half later
+    r.put_ball({2, 1}, knows ? FieldPoint{-2, -1} : FieldPoint{2, 1});
+    const msg::FieldPose* pose = r.step(10);
+    ASSERT_NE(pose, nullptr);
+    EXPECT_LT(pose->mirrored, 0.1) << i;
+    EXPECT_LT(distance_m({pose->x_m, pose->y_m, 0}, r.walk.truth().mirrored()), 0.3) << i;
+  }
+}
+
 TEST(Locate, SaysNothingWithoutPicturesOrGait) {
   Locate locate;
   rt::ModuleRig rig{locate};
@@ -124,20 +154,8 @@ TEST(Locate, AMatesBallTellsWhichHalfItIsIn) {
   r.rig.reset();
   r.step(200);
   ASSERT_EQ(r.rig.get<msg::FieldPose>("pose")->mirrored, 0.5);
-  const FieldPoint ball{2, 1};
   for (int i = 0; i < 8; ++i) {
-    const FieldPoint own = r.walk.truth().in(ball.x_m, ball.y_m);
-    msg::BallModel seen;
-    seen.stamp = seen.seen = r.rig_now();
-    seen.x_m = own.x_m, seen.y_m = own.y_m, seen.confidence = 0.9;
-    seen.covariance[0] = seen.covariance[5] = 0.02;
-    r.rig.put("ball", seen);
-    msg::FromMate<msg::SoccerReport> mate;
-    mate.stamp = mate.received = mate.message.stamp = mate.message.ball_seen = r.rig_now();
-    mate.robot = 2;
-    mate.message.mirrored = 0.01F, mate.message.plays = 1, mate.message.ball_confidence = 0.9F;
-    mate.message.ball = {2, 1, 0.02F, 0, 0.02F};
-    r.rig.put("mates", mate);
+    r.put_ball({2, 1}, {2, 1});
     r.step(10);
   }
   const msg::FieldPose* pose = r.rig.get<msg::FieldPose>("pose");
