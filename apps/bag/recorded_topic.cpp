@@ -32,8 +32,7 @@ std::optional<std::string> topic_of_type(const record::Reader& reader, const msg
   else if (choice.named.empty())
     why = "it has no topic of " + wanted;
   else
-    why = fmt::format("{} {}: it has no such topic of {}; it has: {}", choice.option, choice.named, wanted,
-                      all.empty() ? "none" : all);
+    why = fmt::format("{} {}: there is none; it has: {}", choice.option, choice.named, all.empty() ? "none" : all);
   return std::nullopt;
 }
 

@@ -136,8 +136,7 @@ TEST_F(MagCommand, WhatIsNotShownIsSaidAndNothingIsWritten) {
                                           HasSubstr("turn the vehicle about more axes")));
   EXPECT_FALSE(std::filesystem::exists(path("a.toml")));
   EXPECT_EQ(run({.topic = "mag2.raw"}), kNotBegun);
-  EXPECT_THAT(complained_,
-              HasSubstr("--topic mag2.raw: it has no such topic of sinew_msgs/msg/MagSample; it has: mag.raw"));
+  EXPECT_THAT(complained_, HasSubstr("--topic mag2.raw: there is none; it has: mag.raw"));
   EXPECT_EQ(run({.at_deg = {91, 0}}), kNotBegun);
   EXPECT_THAT(complained_, HasSubstr("latitudes from -89.9 to 89.9"));
 }
