@@ -146,6 +146,7 @@ class Run:
         """Virtual time: flies on in small pieces; the plant is stopped when this returns, or the run has ended: None. A
         whole flight takes less than a second, which a busy machine may be away from this test."""
         plant = plant or self.plant()
+        until(lambda: self.phase() >= 0 or self.process.poll() is not None, "it does not begin")
         while self.process.poll() is None:
             try:
                 os.kill(plant, signal.SIGSTOP)
@@ -156,7 +157,7 @@ class Run:
             except ProcessLookupError:  # the run has just ended, and its plant with it
                 self.process.wait(timeout=LIMIT_S)
                 break
-            time.sleep(0.02 if now == DESCEND else 0.04 if now < 0 or now >= phase - 2 else 0.1)
+            time.sleep(0.02 if now == DESCEND else 0.04 if now >= phase - 2 else 0.1)
         return None
 
     def fly_until(self, phase):
@@ -270,8 +271,7 @@ class VirtualTime(unittest.TestCase):
         for phase, number in ((CLIMB, signal.SIGINT), (DESCEND, signal.SIGTERM), (TOUCHDOWN, signal.SIGINT)):
             with self.subTest(phase=phase):
                 for _ in range(10):
-                    run = self.run_()
-                    run.reach(phase)
+                    run, _ = self.stopped_in(phase)
                     run.process.send_signal(number)
                     # What was granted before the stop is still flown, and within 70 ms of touchdown the mission is done.
                     said = run.end((0, 1) if phase == TOUCHDOWN else (1,), SOON_S)
