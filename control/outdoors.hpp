@@ -40,7 +40,7 @@ struct OutdoorState {
   math::Vec3 earth_model_t;  // at the origin
   math::Vec3 mag_sum_t;      // in the local world
   math::Vec3 drag_sum_mps2;
-  math::Vec3 mean_fix_mps;  // of the last fixes
+  math::Vec3 mean_fix_mps;  // of the velocities of the last fixes; world
   msg::Time last_motion;    // when that was motion, not noise
   msg::Time first_mag, first_refused, last_report, last_height, mag_agrees_since;
   double mag_count = 0, drag_span_s = 0, drag_count = 0;

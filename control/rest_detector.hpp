@@ -32,7 +32,7 @@ class RestDetector {
   };
   Sums sums_;
   math::Vec3 gyro_mean_, accel_mean_;
-  std::uint32_t quiet_ = 0, at_rest_ = 0;  // quiet_: bools would leave padding in a state
+  std::uint32_t quiet_ = 0, at_rest_ = 0;  // quiet_: 0 or 1; a bool would leave padding in a state
 };
 
 }  // namespace sinew::control

@@ -44,6 +44,7 @@ std::size_t cell_of(const Vec3& u) {
   for (int i = 1; i < 3; ++i)
     if (std::abs(at(u, i)) > std::abs(at(u, axis))) axis = i;
   const double most = std::abs(at(u, axis));
+  if (most == 0) return 0;  // a reading at the very middle has no direction
   const auto part = [most](double x) {
     return std::clamp(static_cast<int>((x / most + 1) * (0.5 * kSide)), 0, kSide - 1);
   };
@@ -101,7 +102,7 @@ class EllipsoidFitter {
     const double s2 = cost_ / std::max(1.0, static_cast<double>(x_.size()) - static_cast<double>(kIronNumbers));
     const auto in_cell = by_cell();
     Dense middle(kIronNumbers, kIronNumbers);
-    for (const auto& [score, used] : in_cell)
+    for (const Numbers& score : in_cell)
       for (std::size_t a = 0; a < kIronNumbers; ++a)
         for (std::size_t b = 0; b < kIronNumbers; ++b) middle(a, b) += score[a] * score[b];
     const double small = static_cast<double>(cells_) / std::max(1.0, freedom());
@@ -122,11 +123,6 @@ class EllipsoidFitter {
   }
 
  private:
-  struct Cell {
-    Numbers score{};
-    bool used = false;
-  };
-
   template <class DirectionOf>
   void weigh(const DirectionOf& direction_of) {
     std::array<double, kCells> count{};
@@ -235,13 +231,13 @@ class EllipsoidFitter {
     return symmetric_eigen(dense_of(soft_of(n_))).values[0] > 0;
   }
 
-  std::array<Cell, kCells> by_cell() const {
-    std::array<Cell, kCells> all{};
+  /// What pulls at the numbers, of each part of the sphere.
+  std::array<Numbers, kCells> by_cell() const {
+    std::array<Numbers, kCells> all{};
     for (std::size_t i = 0; i < x_.size(); ++i) {
       const double e = error(n_, i), w = weight_[i] * share(e);
       const Numbers r = row(i);
-      for (std::size_t a = 0; a < kIronNumbers; ++a) all[cell_[i]].score[a] += w * e * r[a];
-      all[cell_[i]].used = true;
+      for (std::size_t a = 0; a < kIronNumbers; ++a) all[cell_[i]][a] += w * e * r[a];
     }
     return all;
   }

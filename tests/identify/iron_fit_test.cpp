@@ -96,6 +96,19 @@ TEST(IronFit, ReadingsBesideAnIronDoorCountLittle) {
   for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(fit.estimates[i].value, truth[i], 0.5e-6) << i;
 }
 
+TEST(IronFit, AReadingInTheVeryMiddleHasNoDirectionAndDoesNoHarm) {
+  // Symmetric about 0, so that the mean of all, which is where the fit begins, is the odd one exactly.
+  math::Random random(11, 3);
+  const Vehicle v{{}, Mat3::identity()};
+  std::vector<Vec3> readings;
+  for (const Vec3& r : turned(v, random, 300, 0, math::kPi)) readings.push_back(r), readings.push_back(-r);
+  readings.push_back({});
+  const IronFit fit = fit_iron(readings, {.field_t = kField_t});
+  ASSERT_EQ(fit.problem, "");
+  EXPECT_NEAR(fit.soft(0, 0), 1, 0.01);
+  EXPECT_LT(norm(fit.hard_t), 0.2e-6);
+}
+
 TEST(IronFit, ADirectionThatWasNotTurnedToIsNamed) {
   math::Random random(9, 3);
   const Vehicle v{{5e-6, -8e-6, 12e-6}, Mat3::identity()};
