@@ -3,9 +3,6 @@
 
 #include <cmath>
 #include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "apps/bag/bag_file.hpp"
 #include "apps/calibrate/calibration_output.hpp"
@@ -48,22 +45,16 @@ std::string param_of(std::size_t number) {
 std::vector<OverlayParam> params_for(const RobotFile& robot, const rt::ModuleTypes& types, const std::string& topic,
                                      const CameraFit& fit, std::vector<std::string>& without_lens) {
   std::vector<OverlayParam> params;
-  for (const rt::ModuleSpec& m : robot.graph.modules) {
-    bool sees = false;
-    for (const auto& [port, of] : m.in) sees = sees || of.value == topic;
-    const auto made = sees ? types.make(m.type) : nullptr;
-    if (!made) continue;
-    rt::Declaration declaration;
-    made->declare(declaration);
-    if (!rt::find_param(declaration, "fx_px")) continue;
+  each_reader(robot, types, topic, [&](const std::string& module, const rt::Declaration& declaration) {
+    if (!rt::find_param(declaration, "fx_px")) return;
     bool lens = false;
     for (std::size_t i = 0; i < kCameraNumbers; ++i) {
       if (!rt::find_param(declaration, param_of(i))) continue;
-      params.push_back({m.name, param_of(i), fit.estimates[i].value, 0});
+      params.push_back({module, param_of(i), fit.estimates[i].value, 0});
       lens = lens || i >= 4;
     }
-    if (!lens) without_lens.push_back(m.name);
-  }
+    if (!lens) without_lens.push_back(module);
+  });
   return params;
 }
 

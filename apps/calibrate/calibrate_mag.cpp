@@ -50,7 +50,7 @@ double year_of(const MagOptions& o, std::int64_t recorded_unix_ns) {
   return 1970 + unix_s / kYear_s;
 }
 
-/// Nothing, with `why`: a place that has no field, or a GNSS topic that cannot be read.
+/// Not known without --field, --at and one topic with a fix. Nothing, with `why`: a place that has no field.
 std::optional<EarthField> earth_field(const MagOptions& o, record::Reader& reader, std::int64_t unix_ns,
                                       std::string& why) {
   if (o.field_ut) return EarthField{*o.field_ut / kMicro, "as told"};
@@ -87,22 +87,16 @@ std::optional<EarthField> earth_field(const MagOptions& o, record::Reader& reade
 std::vector<OverlayParam> params_for(const RobotFile& robot, const rt::ModuleTypes& types, const std::string& topic,
                                      const IronFit& fit) {
   std::vector<OverlayParam> params;
-  for (const rt::ModuleSpec& m : robot.graph.modules) {
-    bool reads = false;
-    for (const auto& [port, of] : m.in) reads = reads || of.value == topic;
-    const auto made = reads ? types.make(m.type) : nullptr;
-    if (!made) continue;
-    rt::Declaration declaration;
-    made->declare(declaration);
+  each_reader(robot, types, topic, [&](const std::string& module, const rt::Declaration& declaration) {
     const auto put = [&](const std::string& name, double value) {
-      if (rt::find_param(declaration, name)) params.push_back({m.name, name, value, 0});
+      if (rt::find_param(declaration, name)) params.push_back({module, name, value, 0});
     };
     put("mag_hard_x_t", fit.hard_t.x);
     put("mag_hard_y_t", fit.hard_t.y);
     put("mag_hard_z_t", fit.hard_t.z);
     for (int r = 0; r < 3; ++r)
       for (int c = 0; c < 3; ++c) put(fmt::format("mag_soft_{}{}", "xyz"[r], "xyz"[c]), fit.soft(r, c));
-  }
+  });
   return params;
 }
 

@@ -40,6 +40,19 @@ int write_calibration(const std::string& file, const std::string& robot, const C
   return kDone;
 }
 
+void each_reader(const RobotFile& robot, const rt::ModuleTypes& types, const std::string& topic,
+                 const std::function<void(const std::string& module, const rt::Declaration& declaration)>& each) {
+  for (const rt::ModuleSpec& m : robot.graph.modules) {
+    bool reads = false;
+    for (const auto& [port, of] : m.in) reads = reads || of.value == topic;
+    const auto made = reads ? types.make(m.type) : nullptr;
+    if (!made) continue;
+    rt::Declaration declaration;
+    made->declare(declaration);
+    each(m.name, declaration);
+  }
+}
+
 int write_params(const OutputFiles& o, const std::string& robot, const std::vector<OverlayParam>& params) {
   Calibration all;
   if (!read_calibration(o.file, all)) return kNotBegun;

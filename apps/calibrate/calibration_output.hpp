@@ -1,10 +1,13 @@
 #pragma once
 // What the commands that calibrate from a recording print and write.
 #include <cstdio>
+#include <functional>
 #include <string>
 #include <vector>
 
 #include "apps/robot_file/calibration.hpp"
+#include "apps/robot_file/robot_file.hpp"
+#include "rt/graph.hpp"
 
 namespace sinew::app {
 
@@ -14,6 +17,10 @@ inline void put_text(const std::string& text) { std::fwrite(text.data(), 1, text
 bool read_calibration(const std::string& file, Calibration& all);
 /// In one piece; without a file it is printed, unless `quiet`. The exit code.
 int write_calibration(const std::string& file, const std::string& robot, const Calibration& all, bool quiet);
+
+/// Calls `each` with the name of each module that reads this topic, and with what it declares.
+void each_reader(const RobotFile& robot, const rt::ModuleTypes& types, const std::string& topic,
+                 const std::function<void(const std::string& module, const rt::Declaration& declaration)>& each);
 
 struct OutputFiles {
   std::string file, params;  // --file: a calibration file; --params: for `sinew run --params`
